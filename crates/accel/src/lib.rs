@@ -1,0 +1,1 @@
+//! Ray casting: a wide bounding volume hierarchy over triangles, custom shapes and instances.

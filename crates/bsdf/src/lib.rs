@@ -1,0 +1,1 @@
+//! Scattering: f(wi, x, wo) as numbers only.

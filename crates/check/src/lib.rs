@@ -1,0 +1,1 @@
+//! Statistics over closures for tests: chi-square, t-test, z-test, wrong-on-purpose samplers.

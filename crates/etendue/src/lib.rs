@@ -1,0 +1,1 @@
+//! A physically based renderer and light-transport laboratory.

@@ -1,0 +1,1 @@
+//! Measurements: sums, weights, variance, splats, reconstruction filters.

@@ -1,0 +1,1 @@
+//! Files into descriptions: Mitsuba 3 XML, OBJ, PLY, serialized, VOL.

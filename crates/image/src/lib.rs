@@ -1,0 +1,1 @@
+//! Finished pixels: pictures, codecs, tone mapping, error metrics.

@@ -1,0 +1,1 @@
+//! The compiled scene: shapes, materials, emitters, sensors, textures.

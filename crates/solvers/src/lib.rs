@@ -1,0 +1,1 @@
+//! Solvers of the rendering equation, and the drivers that run them.
