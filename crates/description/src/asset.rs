@@ -1,0 +1,68 @@
+//! Data too large for parameters: triangle meshes and voxel grids, checked when they were read.
+
+use glam::{Vec2, Vec3};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The meshes and grids of a description. A file named twice is read once.
+#[derive(Clone, Debug, Default)]
+pub struct Assets {
+    /// Triangle meshes.
+    pub meshes: Vec<Arc<MeshData>>,
+    /// Voxel grids.
+    pub grids: Vec<Arc<GridData>>,
+}
+
+/// A triangle mesh in its own coordinates. Every index is in range and every position finite.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshData {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Unit vertex normals; empty where the file has none.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates; empty where the file has none.
+    pub uvs: Vec<Vec2>,
+    /// Triangles.
+    pub indices: Vec<[u32; 3]>,
+    /// Named per-vertex or per-face data.
+    pub attributes: Vec<Attribute>,
+}
+
+/// Named data on a mesh's vertices or faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// The name, with its `vertex_` or `face_` prefix.
+    pub name: String,
+    /// What it lies on.
+    pub kind: AttributeKind,
+    /// Numbers per vertex or face: 1 or 3.
+    pub channels: usize,
+    /// The numbers, `channels` for each vertex or face.
+    pub data: Vec<f32>,
+}
+
+/// What an attribute lies on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AttributeKind {
+    /// Interpolated over each face.
+    Vertex,
+    /// Constant on each face.
+    Face,
+}
+
+/// A regular grid of numbers, x fastest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GridData {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Voxels along x, y, z.
+    pub size: [usize; 3],
+    /// Numbers per voxel.
+    pub channels: usize,
+    /// The grid's box in its own coordinates.
+    pub bounds: etendue_numerics::Bounds3,
+    /// The numbers.
+    pub data: Vec<f32>,
+}
