@@ -13,24 +13,12 @@
 //!
 //! // The cosine-weighted hemisphere: z = √u, p = cosθ/π.
 //! let report = ChiSquareTest::new(Hemisphere).run(
-//! ```text
-//! |[u, v, _]| {
-//! ```
-//! ```text
-//!     let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
-//! ```
-//! ```text
-//!     let r = (1.0 - u).sqrt();
-//! ```
-//! ```text
-//!     Some(Vec3::new(r * cos, r * sin, u.sqrt()))
-//! ```
-//! ```text
-//! },
-//! ```
-//! ```text
-//! |w| w.z.max(0.0) / std::f32::consts::PI,
-//! ```
+//!     |[u, v, _]| {
+//!         let (sin, cos) = (std::f32::consts::TAU * v).sin_cos();
+//!         let r = (1.0 - u).sqrt();
+//!         Some(Vec3::new(r * cos, r * sin, u.sqrt()))
+//!     },
+//!     |w| w.z.max(0.0) / std::f32::consts::PI,
 //! );
 //! assert!(report.passes(1e-3), "{report}");
 //! ```
