@@ -1,0 +1,93 @@
+//! Exact sums of f32: 128-bit fixed point with 64 bits after the point.
+//!
+//! Every f32 of magnitude in [2⁻⁴⁰, 2⁶²) is represented exactly, smaller ones to within 2⁻⁶⁴; sums are integer sums and so have no
+//! order. Sums wrap only beyond 2⁶³, which `from_f32` makes unreachable by clamping each term to 2⁵⁰ (that is 8192 such terms).
+
+use serde::{Deserialize, Serialize};
+use std::ops::{Add, AddAssign};
+
+/// An exact sum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fixed(pub i128);
+
+const FRACTION_BITS: i32 = 64;
+/// The largest magnitude of a single term, 2⁵⁰.
+const LARGEST_EXPONENT: i32 = 50;
+
+impl Fixed {
+    /// Nothing.
+    pub const ZERO: Self = Self(0);
+
+    /// The number x, clamped to ±2⁵⁰; zero for NaN.
+    #[inline]
+    pub fn from_f32(x: f32) -> Self {
+        let bits = x.to_bits();
+        let exponent = (bits >> 23 & 0xff) as i32;
+        if exponent == 0 || x.is_nan() {
+            return Self::ZERO; // zero, or a subnormal below 2⁻¹²⁶
+        }
+        let magnitude = if exponent - 127 >= LARGEST_EXPONENT {
+            1i128 << (FRACTION_BITS + LARGEST_EXPONENT)
+        } else {
+            // x = mantissa · 2^(exponent - 150)
+            let mantissa = i128::from(bits & 0x007f_ffff | 0x0080_0000);
+            let shift = exponent - 150 + FRACTION_BITS;
+            if shift >= 0 { mantissa << shift } else { mantissa >> (-shift).min(127) }
+        };
+        Self(if x.is_sign_negative() { -magnitude } else { magnitude })
+    }
+
+    /// The sum as f64, rounded once.
+    #[inline]
+    pub fn to_f64(self) -> f64 {
+        self.0 as f64 / 18_446_744_073_709_551_616.0
+    }
+}
+
+impl Add for Fixed {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        Self(self.0.wrapping_add(other.0))
+    }
+}
+
+impl AddAssign for Fixed {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn normal_numbers_are_exact(mantissa in -16_777_215i32..=16_777_215, exponent in -64i32..20) {
+            let x = mantissa as f32 * (exponent as f32).exp2();
+            prop_assume!(x == 0.0 || x.abs() >= (-40f32).exp2());
+            prop_assert_eq!(Fixed::from_f32(x).to_f64(), f64::from(x));
+        }
+
+        #[test]
+        fn sums_have_no_order(mut xs in prop::collection::vec(-1e12f32..1e12, 1..64)) {
+            let sum = |xs: &[f32]| xs.iter().fold(Fixed::ZERO, |a, x| a + Fixed::from_f32(*x));
+            let forward = sum(&xs);
+            xs.reverse();
+            prop_assert_eq!(sum(&xs), forward);
+        }
+
+        #[test]
+        fn any_bits_are_accepted(bits: u32) {
+            let x = f32::from_bits(bits);
+            let y = Fixed::from_f32(x).to_f64();
+            prop_assert!(y.abs() <= (50f64).exp2());
+            if x.is_finite() && x.abs() < (50f32).exp2() {
+                prop_assert!((y - f64::from(x)).abs() <= (-63f64).exp2());
+            }
+        }
+    }
+}

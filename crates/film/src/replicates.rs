@@ -1,0 +1,137 @@
+//! How far the picture still is from the truth, from independent repetitions of the same work.
+//!
+//! Pass k belongs to replicate k mod K, each with its own scramble of the point set. The picture is the mean of K replicate
+//! pictures x_r, so its variance in a pixel is s²/K with s² the sample variance of the x_r: valid for low-discrepancy points, whose
+//! own sample variance is no error bar. Over at most [`Replicates::TRACKED`] pixels, spread evenly,
+//!
+//! ```text
+//! relMSE ≈ mean over pixels and channels of (s²/K) / (x̄² + e),    e = 0.01 · mean(x̄²)
+//! ```
+//!
+//! relMSE is quadratic in the picture's values, so each x̄² is taken less its own variance to stay unbiased.
+
+use serde::{Deserialize, Serialize};
+
+/// Sums of K replicates over a subset of the pixels.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Replicates {
+    width: u32,
+    stride: u64,
+    count: usize,
+    /// Σ L in units of 2⁻²⁰, replicate after replicate, tracked pixel after tracked pixel.
+    sums: Vec<[i64; 3]>,
+}
+
+/// An estimated relMSE and its 95 % confidence interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseEstimate {
+    /// The estimate.
+    pub rel_mse: f64,
+    /// Half the width of its interval.
+    pub half_width: f64,
+}
+
+impl NoiseEstimate {
+    /// √relMSE in per cent, with the interval's ends: what `--noise` compares.
+    pub fn percent(&self) -> (f64, f64, f64) {
+        let root = |x: f64| 100.0 * x.max(0.0).sqrt();
+        (root(self.rel_mse), root(self.rel_mse - self.half_width), root(self.rel_mse + self.half_width))
+    }
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+const UNIT: f64 = 1_048_576.0;
+
+impl Replicates {
+    /// Number of replicates.
+    pub const K: usize = 16;
+    /// Pixels tracked at most: 96 MiB of sums.
+    pub const TRACKED: u64 = 1 << 18;
+
+    /// No samples yet, for a picture of this size.
+    pub fn new(size: [u32; 2]) -> Self {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        // A stride prime to the width walks over all columns.
+        let mut stride = pixels.div_ceil(Self::TRACKED).max(1);
+        while gcd(stride, u64::from(size[0])) > 1 {
+            stride += 1;
+        }
+        let count = pixels.div_ceil(stride) as usize;
+        Self { width: size[0], stride, count, sums: vec![[0; 3]; count * Self::K] }
+    }
+
+    /// The place of a pixel among the tracked ones.
+    #[inline]
+    pub fn slot(&self, pixel: [u32; 2]) -> Option<usize> {
+        let index = u64::from(pixel[1]) * u64::from(self.width) + u64::from(pixel[0]);
+        index.is_multiple_of(self.stride).then_some((index / self.stride) as usize)
+    }
+
+    /// Adds a pixel's unfiltered mean of one pass of replicate `r`.
+    #[inline]
+    pub fn add(&mut self, r: usize, slot: usize, value: [f32; 3]) {
+        for (sum, v) in self.sums[r * self.count + slot].iter_mut().zip(value) {
+            if v.is_finite() {
+                *sum = sum.saturating_add((f64::from(v) * UNIT) as i64);
+            }
+        }
+    }
+
+    /// The estimate after `passes` passes of each replicate. `noise_factor` is the variance that the reconstruction filter leaves of a
+    /// pixel's own (1 for the box): the replicates' pixels are unfiltered.
+    pub fn estimate(&self, passes: u32, noise_factor: f64) -> NoiseEstimate {
+        let k = Self::K as f64;
+        let scale = 1.0 / (UNIT * f64::from(passes.max(1)));
+        let statistics = |slot: usize, channel: usize| {
+            let x = |r: usize| self.sums[r * self.count + slot][channel] as f64 * scale;
+            let mean = (0..Self::K).map(x).sum::<f64>() / k;
+            let variance = (0..Self::K).map(|r| (x(r) - mean).powi(2)).sum::<f64>() / (k - 1.0) / k;
+            (mean, variance)
+        };
+        let pairs: Vec<_> = (0..self.count).flat_map(|p| (0..3).map(move |c| (p, c))).map(|(p, c)| statistics(p, c)).collect();
+        let n = pairs.len().max(1) as f64;
+        let square = |(mean, variance): &(f64, f64)| (mean * mean - variance).max(0.0);
+        let e = 0.01 * pairs.iter().map(square).sum::<f64>() / n;
+        if e <= 0.0 {
+            return NoiseEstimate { rel_mse: 0.0, half_width: 0.0 };
+        }
+        let ratios: Vec<f64> = pairs.iter().map(|p| noise_factor * p.1 / (square(p) + e)).collect();
+        let mean = ratios.iter().sum::<f64>() / n;
+        // Channels of a pixel are not independent: a third of the terms count.
+        let spread = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+        NoiseEstimate { rel_mse: mean, half_width: 1.96 * (3.0 * spread / n).sqrt() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Replicates of known variance: x_r = 1 ± d gives s²/K = d²·16/15/16.
+    #[test]
+    fn the_estimate_is_the_closed_form() {
+        let mut replicates = Replicates::new([8, 8]);
+        let d = 0.25;
+        for r in 0..Replicates::K {
+            let x = if r % 2 == 0 { 1.0 + d } else { 1.0 - d };
+            for slot in 0..64 {
+                replicates.add(r, slot, [x; 3]);
+            }
+        }
+        let variance = f64::from(d * d) / 15.0;
+        let square = 1.0 - variance;
+        let want = variance / (square + 0.01 * square);
+        assert!((replicates.estimate(1, 1.0).rel_mse / want - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn large_pictures_are_tracked_within_bounds() {
+        let replicates = Replicates::new([1920, 1080]);
+        assert!(replicates.count as u64 <= Replicates::TRACKED);
+        let columns: std::collections::BTreeSet<u64> = (0..replicates.count as u64).map(|i| i * replicates.stride % 1920).collect();
+        assert!(columns.len() > 1500, "{}", columns.len());
+    }
+}
