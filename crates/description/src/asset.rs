@@ -1,6 +1,7 @@
 //! Data too large for parameters: triangle meshes and voxel grids, checked when they were read.
 
 use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,6 +12,8 @@ pub struct Assets {
     pub meshes: Vec<Arc<MeshData>>,
     /// Voxel grids.
     pub grids: Vec<Arc<GridData>>,
+    /// Files that came with the scene's text and lie on no disk: a [`crate::Value::Path`] is looked up here first.
+    pub files: BTreeMap<PathBuf, Arc<[u8]>>,
 }
 
 /// A triangle mesh in its own coordinates. Every index is in range and every position finite.
@@ -20,11 +23,11 @@ pub struct MeshData {
     pub path: PathBuf,
     /// Vertex positions.
     pub positions: Vec<Vec3>,
-    /// Unit vertex normals; empty where the file has none.
+    /// Unit vertex normals; empty where the file has none. A vertex to which the file gave no usable one has that of the faces around it.
     pub normals: Vec<Vec3>,
     /// Texture coordinates; empty where the file has none.
     pub uvs: Vec<Vec2>,
-    /// Triangles.
+    /// Triangles; those without area are left out.
     pub indices: Vec<[u32; 3]>,
     /// Named per-vertex or per-face data.
     pub attributes: Vec<Attribute>,

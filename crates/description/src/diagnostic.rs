@@ -1,7 +1,6 @@
 //! Errors and warnings with their places, told all in one go.
 
 use crate::source::{Sources, Span};
-use std::fmt::Write as _;
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -14,6 +13,17 @@ pub enum Severity {
     Error,
 }
 
+impl Severity {
+    /// The word before a message.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Error => "error",
+        }
+    }
+}
+
 /// One message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnostic {
@@ -23,6 +33,8 @@ pub struct Diagnostic {
     pub message: String,
     /// Where.
     pub span: Option<Span>,
+    /// Other places that matter, each with a few words: where a thing was first given, where a file was named.
+    pub labels: Vec<(Span, String)>,
     /// What to do about it: the nearest known name, the range allowed.
     pub help: Vec<String>,
 }
@@ -50,7 +62,7 @@ impl Diagnostics {
     }
 
     fn push(&mut self, severity: Severity, span: Option<Span>, message: String) -> &mut Diagnostic {
-        self.list.push(Diagnostic { severity, message, span, help: Vec::new() });
+        self.list.push(Diagnostic { severity, message, span, labels: Vec::new(), help: Vec::new() });
         let last = self.list.len() - 1;
         &mut self.list[last]
     }
@@ -58,6 +70,11 @@ impl Diagnostics {
     /// Whether any error was told.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|d| d.severity == Severity::Error)
+    }
+
+    /// The number of messages of a severity.
+    pub fn count(&self, severity: Severity) -> usize {
+        self.list.iter().filter(|d| d.severity == severity).count()
     }
 
     /// All messages, in the order in which they were found.
@@ -75,25 +92,14 @@ impl Diagnostics {
         self.list.is_empty()
     }
 
-    /// Plain text, a message each as `file:line:col: error: message`.
+    /// Plain text: a message each as `file:line:col: error: message`, the source line with the word marked, and help.
     pub fn render(&self, sources: &Sources) -> String {
-        let mut out = String::new();
-        for d in &self.list {
-            let kind = match d.severity {
-                Severity::Note => "note",
-                Severity::Warning => "warning",
-                Severity::Error => "error",
-            };
-            if let Some(span) = d.span {
-                let (line, column) = sources.line_column(span.source, span.start);
-                let _ = write!(out, "{}:{line}:{column}: ", sources.path(span.source).display());
-            }
-            let _ = writeln!(out, "{kind}: {}", d.message);
-            for help in &d.help {
-                let _ = writeln!(out, "  help: {help}");
-            }
-        }
-        out
+        crate::render::render(self.iter(), sources, false)
+    }
+
+    /// As [`Diagnostics::render`], with the colours of a terminal.
+    pub fn render_coloured(&self, sources: &Sources) -> String {
+        crate::render::render(self.iter(), sources, true)
     }
 }
 
@@ -101,6 +107,12 @@ impl Diagnostic {
     /// Says what to do about it.
     pub fn help(&mut self, text: impl Into<String>) -> &mut Self {
         self.help.push(text.into());
+        self
+    }
+
+    /// Shows another place that matters.
+    pub fn label(&mut self, span: Span, text: impl Into<String>) -> &mut Self {
+        self.labels.push((span, text.into()));
         self
     }
 
@@ -115,9 +127,15 @@ impl Diagnostic {
 
 /// The known word nearest to `word` by edit distance, if it is near enough to be what was meant.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // A word longer than any name cannot be near one, and the distance costs the product of the lengths.
+    const LONGEST: usize = 200;
+    if word.len() > LONGEST {
+        return None;
+    }
     let lower = word.to_lowercase();
     known
         .into_iter()
+        .filter(|k| k.len() <= LONGEST)
         .map(|k| (strsim::damerau_levenshtein(&lower, &k.to_lowercase()), k))
         .filter(|(distance, k)| *distance <= 1 + k.chars().count().max(word.chars().count()) / 3)
         .min_by_key(|(distance, _)| *distance)

@@ -9,6 +9,7 @@ pub mod asset;
 pub mod diagnostic;
 pub mod node;
 pub mod params;
+mod render;
 pub mod source;
 
 pub use asset::{Assets, Attribute, AttributeKind, GridData, MeshData};
