@@ -1,0 +1,221 @@
+//! Building: triangles, custom shapes and instances in, a tree out.
+//!
+//!     references → binary tree (object and spatial splits) → the cheapest 8-wide tree → nodes and leaves in memory
+//!      reference      binary, split, spatial                  collapse                    emit
+
+pub(crate) mod binary;
+mod collapse;
+mod emit;
+pub(crate) mod reference;
+mod spatial;
+mod split;
+
+use crate::instance::{self, Instance, Other};
+use crate::layout::{Child, Tree};
+use crate::traverse::Path;
+use crate::{Accel, Stats};
+use binary::{BinaryNode, Context};
+use etendue_numerics::{Bounds3, Transform};
+use glam::Vec3;
+use rayon::prelude::*;
+use reference::{Items, Owners, Reference, triangle_reference};
+use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
+use std::time::Instant;
+
+/// Triangles that share one number. The tree copies the corners; nothing is borrowed after the build.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleMesh<'a> {
+    /// The corners.
+    pub positions: &'a [Vec3],
+    /// Three places in `positions` a triangle. A triangle that points nowhere, has no area or a corner that is not finite is never hit.
+    pub indices: &'a [[u32; 3]],
+    /// What hits tell as their geometry.
+    pub geometry: u32,
+}
+
+/// How to build.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuildOptions {
+    /// How many duplicates spatial splits may make, as a part of the references; 0 switches them off.
+    pub duplicates: f32,
+    /// How rays are cast, by default the fastest way this machine has. One that it lacks is replaced by that.
+    pub path: Option<Path>,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        Self { duplicates: 0.25, path: None }
+    }
+}
+
+/// Why there is no tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuildError {
+    /// More triangles (or duplicates) than a tree's numbers have room for.
+    TooManyReferences {
+        /// How many there were.
+        count: usize,
+        /// How many there may be.
+        limit: usize,
+    },
+    /// An instance of a tree that holds instances itself: one level is all there is.
+    NestedInstance,
+    /// An instance of a tree that was not added.
+    UnknownTree,
+}
+
+impl std::fmt::Display for BuildError {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self {
+            Self::TooManyReferences { count, limit } => write!(f, "{count} triangles in one tree; the limit is {limit}"),
+            Self::NestedInstance => write!(f, "an instance of something that contains instances"),
+            Self::UnknownTree => write!(f, "an instance of a tree that was never added"),
+        }
+    }
+}
+
+impl std::error::Error for BuildError {}
+
+/// A tree that was added for instancing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TreeId(u32);
+
+/// Gathers what a tree shall hold.
+#[derive(Default)]
+pub struct Builder<'a> {
+    meshes: Vec<TriangleMesh<'a>>,
+    others: Vec<Other>,
+    bounds: Vec<Bounds3>,
+    children: Vec<Arc<Accel>>,
+    error: Option<BuildError>,
+}
+
+impl<'a> Builder<'a> {
+    /// An empty one.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the triangles of a mesh. All meshes of a builder share one tree.
+    pub fn add_mesh(&mut self, mesh: TriangleMesh<'a>) -> &mut Self {
+        self.meshes.push(mesh);
+        self
+    }
+
+    /// Adds a shape that the caller intersects ([`crate::CustomShapes`]), within `bounds`. A box that is empty or not finite is never met.
+    pub fn add_custom(&mut self, geometry: u32, bounds: Bounds3) -> &mut Self {
+        self.others.push(Other::Custom { geometry });
+        self.bounds.push(bounds);
+        self
+    }
+
+    /// Adds a tree that instances may show; by itself it is not seen.
+    pub fn add_tree(&mut self, tree: Arc<Accel>) -> TreeId {
+        self.children.push(tree);
+        TreeId(self.children.len() as u32 - 1)
+    }
+
+    /// Shows a tree through an affine map from its own space to the outer one. Hits tell `id` as their instance.
+    pub fn add_instance(&mut self, tree: TreeId, to_outer: &Transform, id: u32) -> &mut Self {
+        let Some(child) = self.children.get(tree.0 as usize) else {
+            self.error.get_or_insert(BuildError::UnknownTree);
+            return self;
+        };
+        if child.others.iter().any(|o| matches!(o, Other::Instance(_))) {
+            self.error.get_or_insert(BuildError::NestedInstance);
+        }
+        self.bounds.push(instance::moved_bounds(&child.outline, to_outer));
+        self.others.push(Other::Instance(Instance::new(tree.0, id, to_outer)));
+        self
+    }
+
+    /// Builds the tree in the current thread pool. The result does not depend on the number of threads.
+    pub fn build(&self, options: &BuildOptions) -> Result<Accel, BuildError> {
+        self.build_with_progress(options, &|_| {})
+    }
+
+    /// Builds the tree; `progress` hears now and then how much is done, from 0 to 1, from any thread.
+    pub fn build_with_progress(&self, options: &BuildOptions, progress: &(dyn Fn(f32) + Sync)) -> Result<Accel, BuildError> {
+        let start = Instant::now();
+        if let Some(error) = self.error {
+            return Err(error);
+        }
+        let total: usize = self.meshes.iter().map(|m| m.indices.len()).sum::<usize>() + self.others.len();
+        let limit = Child::MAX_REFERENCES;
+        if total > limit {
+            return Err(BuildError::TooManyReferences { count: total, limit });
+        }
+        let owners = Owners::new(self.meshes.iter().map(|m| m.indices.len() as u32));
+        let items = Items { meshes: &self.meshes, owners };
+
+        let mut references = self.references(&items);
+        let count = references.len();
+        let triangles = count - self.others.len().min(count);
+        let spare = (count as f64 * f64::from(options.duplicates.clamp(0.0, 4.0))) as usize;
+        let spare = if triangles == 0 { 0 } else { spare.min(limit - count) };
+        references.resize(count + spare, Reference::NONE);
+
+        let mut bounds = Bounds3::EMPTY;
+        let (mut tree, mut cost) = (Tree::EMPTY, 0.0);
+        if count > 0 {
+            let mut nodes = vec![BinaryNode::NONE; 2 * references.len() - 1];
+            let extent = split::Extent::of(&references[..count]);
+            let context = Context {
+                items: &items,
+                root_area: extent.bounds.half_area(),
+                spatial: spare > 0,
+                done: AtomicUsize::new(0),
+                total: count,
+                progress,
+            };
+            let costs = binary::build(&mut references, count, &mut nodes, extent, &context);
+            bounds = instance::bounds((nodes[0].lo, nodes[0].hi));
+            cost = if nodes[0].half_area() > 0.0 { costs.cost[0] / nodes[0].half_area() } else { 0.0 };
+            tree = emit::emit(&nodes, &references, &items);
+        }
+        progress(1.0);
+
+        let stats = Stats {
+            triangles,
+            others: self.others.len(),
+            nodes: tree.nodes.len(),
+            leaves: tree.leaves(),
+            references: tree.items.len(),
+            bytes: tree.bytes() + items.owners.bytes() + self.others.len() * size_of::<Other>(),
+            sah_cost: cost,
+            build_seconds: start.elapsed().as_secs_f64(),
+        };
+        let path = options.path.filter(|p| p.is_available()).unwrap_or_else(Path::best);
+        Ok(Accel {
+            ordinary: instance::extent(&bounds) <= crate::traverse::ORDINARY,
+            outline: tree.outline(bounds),
+            tree,
+            owners: items.owners,
+            geometries: self.meshes.iter().map(|m| m.geometry).collect(),
+            others: self.others.clone(),
+            children: self.children.clone(),
+            bounds,
+            stats,
+            path,
+        })
+    }
+
+    /// A reference for everything that can be hit.
+    fn references(&self, items: &Items) -> Vec<Reference> {
+        const CHUNK: u32 = 1 << 14;
+        let triangles = items.triangles();
+        let chunks: Vec<Vec<Reference>> = (0..triangles.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|c| {
+                let range = c * CHUNK..triangles.min((c + 1) * CHUNK);
+                range.filter_map(|item| triangle_reference(items.corners(item)?, item)).collect()
+            })
+            .collect();
+        let mut references = Vec::with_capacity(chunks.iter().map(Vec::len).sum::<usize>() + self.others.len());
+        chunks.iter().for_each(|c| references.extend_from_slice(c));
+        let others = self.bounds.iter().enumerate().filter(|(_, b)| instance::is_finite(b));
+        references.extend(others.map(|(i, b)| Reference::new(b.min, b.max, triangles + i as u32)));
+        references
+    }
+}

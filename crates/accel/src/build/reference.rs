@@ -1,0 +1,197 @@
+//! References: a box and the number of what lies in it, the currency of the build.
+//!
+//! A triangle starts as one reference; a spatial split may cut it into several, each with a box around its own part. Items are
+//! numbered flat: the triangles of all meshes first, in the order they were added, then the other things (custom shapes, instances).
+
+use crate::build::TriangleMesh;
+use glam::{DVec3, Vec3, Vec4};
+
+/// A box and an item number, 32 bytes. The number rides in the unused fourth lane of `lo`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reference {
+    pub lo: Vec4,
+    pub hi: Vec4,
+}
+
+/// Added to item numbers so that their bits are those of a normal float: vector code that touches the fourth lane then meets no
+/// subnormal, which some processors are slow at.
+const NORMAL: u32 = 0x4000_0000;
+
+impl Reference {
+    pub const NONE: Self = Self { lo: Vec4::ZERO, hi: Vec4::ZERO };
+
+    pub fn new(lo: Vec3, hi: Vec3, item: u32) -> Self {
+        Self { lo: lo.extend(f32::from_bits(item + NORMAL)), hi: hi.extend(0.0) }
+    }
+
+    /// The flat number of the thing referred to.
+    #[inline]
+    pub fn item(&self) -> u32 {
+        self.lo.w.to_bits() - NORMAL
+    }
+
+    /// Twice the box's centre.
+    #[inline]
+    pub fn centroid2(&self) -> Vec4 {
+        self.lo + self.hi
+    }
+
+    /// The same item within another box.
+    #[inline]
+    pub fn within(&self, b: Box4) -> Self {
+        Self { lo: b.lo.with_w(self.lo.w), hi: b.hi.with_w(0.0) }
+    }
+
+    #[inline]
+    pub fn bounds(&self) -> Box4 {
+        Box4 { lo: self.lo, hi: self.hi }
+    }
+}
+
+/// A box in two four-lane vectors of which the last lane means nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Box4 {
+    pub lo: Vec4,
+    pub hi: Vec4,
+}
+
+impl Box4 {
+    pub const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
+
+    #[inline]
+    pub fn union(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
+    #[inline]
+    pub fn including(self, p: Vec4) -> Self {
+        Self { lo: self.lo.min(p), hi: self.hi.max(p) }
+    }
+
+    #[inline]
+    pub fn intersection(self, other: Self) -> Self {
+        Self { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) }
+    }
+
+    /// xy + yz + zx, half the surface; 0 for an empty box.
+    #[inline]
+    pub fn half_area(&self) -> f32 {
+        let d = (self.hi - self.lo).max(Vec4::ZERO);
+        d.x * (d.y + d.z) + d.y * d.z
+    }
+}
+
+/// All items of one tree, by flat number.
+pub(crate) struct Items<'a> {
+    pub meshes: &'a [TriangleMesh<'a>],
+    pub owners: Owners,
+}
+
+impl Items<'_> {
+    pub fn triangles(&self) -> u32 {
+        self.owners.total()
+    }
+
+    /// The corners of triangle `item`; `None` for other items and where an index points nowhere.
+    pub fn corners(&self, item: u32) -> Option<[Vec3; 3]> {
+        let (mesh, primitive) = self.owners.locate(item)?;
+        let mesh = &self.meshes[mesh as usize];
+        let index = mesh.indices.get(primitive as usize)?;
+        let corner = |k: usize| mesh.positions.get(index[k] as usize).copied();
+        Some([corner(0)?, corner(1)?, corner(2)?])
+    }
+}
+
+/// From flat triangle numbers to (mesh, number within the mesh).
+///
+/// A table tells the mesh of every 256th triangle; from there it is at most a few steps.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Owners {
+    /// Flat number of each mesh's first triangle, and the total.
+    starts: Vec<u32>,
+    /// The mesh of triangles 0, 256, 512, …
+    hints: Vec<u32>,
+}
+
+impl Owners {
+    pub fn new(counts: impl Iterator<Item = u32>) -> Self {
+        let mut starts = vec![0];
+        let mut hints = Vec::new();
+        for (mesh, count) in counts.enumerate() {
+            let end = starts[mesh] + count;
+            starts.push(end);
+            while (hints.len() as u32) << 8 < end {
+                hints.push(mesh as u32);
+            }
+        }
+        Self { starts, hints }
+    }
+
+    pub fn total(&self) -> u32 {
+        self.starts.last().copied().unwrap_or(0)
+    }
+
+    /// (mesh, primitive) of a flat number; `None` beyond the last triangle.
+    #[inline]
+    pub fn locate(&self, item: u32) -> Option<(u32, u32)> {
+        if item >= self.total() {
+            return None;
+        }
+        let mut mesh = self.hints[(item >> 8) as usize] as usize;
+        while self.starts[mesh + 1] <= item {
+            mesh += 1;
+        }
+        Some((mesh as u32, item - self.starts[mesh]))
+    }
+
+    pub fn bytes(&self) -> usize {
+        4 * (self.starts.len() + self.hints.len())
+    }
+}
+
+/// The reference of a triangle; `None` where it has no area or a corner is not finite, so that such a triangle is never hit.
+///
+/// The area is judged in f64, where differences and products of f32 numbers are exact or nearly so.
+pub(crate) fn triangle_reference(corners: [Vec3; 3], item: u32) -> Option<Reference> {
+    let [a, b, c] = corners;
+    if !(a.is_finite() && b.is_finite() && c.is_finite()) {
+        return None;
+    }
+    let (ad, bd, cd) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
+    if (bd - ad).cross(cd - ad) == DVec3::ZERO {
+        return None;
+    }
+    Some(Reference::new(a.min(b).min(c), a.max(b).max(c), item))
+}
+
+/// The two parts of a reference on either side of the plane x[axis] = at, as boxes around what the plane leaves of the triangle.
+///
+/// Cuts are computed in f64 and rounded outward: a box never loses a point of its triangle.
+pub(crate) fn cut(reference: &Reference, corners: &[Vec3; 3], axis: usize, at: f32) -> (Box4, Box4) {
+    let (mut left, mut right) = (Box4::EMPTY, Box4::EMPTY);
+    for i in 0..3 {
+        let (p, q) = (corners[i], corners[(i + 1) % 3]);
+        if p[axis] <= at {
+            left = left.including(p.extend(0.0));
+        }
+        if p[axis] >= at {
+            right = right.including(p.extend(0.0));
+        }
+        if (p[axis] < at && q[axis] > at) || (p[axis] > at && q[axis] < at) {
+            let (pd, qd) = (p.as_dvec3(), q.as_dvec3());
+            let s = (f64::from(at) - pd[axis]) / (qd[axis] - pd[axis]);
+            let cut = (pd + (qd - pd) * s).as_vec3();
+            let mut low = Vec3::new(cut.x.next_down(), cut.y.next_down(), cut.z.next_down());
+            let mut high = Vec3::new(cut.x.next_up(), cut.y.next_up(), cut.z.next_up());
+            (low[axis], high[axis]) = (at, at);
+            for p in [low.extend(0.0), high.extend(0.0)] {
+                left = left.including(p);
+                right = right.including(p);
+            }
+        }
+    }
+    let (mut left, mut right) = (left.intersection(reference.bounds()), right.intersection(reference.bounds()));
+    left.hi[axis] = left.hi[axis].min(at);
+    right.lo[axis] = right.lo[axis].max(at);
+    (left, right)
+}

@@ -1,0 +1,310 @@
+//! Rays through the tree: the nearest hit, or whether there is one.
+//!
+//! One loop for each question, written once over a [`Kernel`]: eight box tests at a time, eight triangle tests at a time. The kernels
+//! (plain Rust, AVX2, and a careful one in f64 for numbers beyond the ordinary) do the same operations in the same order, so the first
+//! two give the same bits.
+//!
+//! This module alone may use `unsafe`, for three things: vector instructions whose presence was asked for at run time, array
+//! accesses whose bounds the build guarantees, and a stack that need not be cleared for each ray.
+#![allow(unsafe_code)]
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+mod careful;
+mod plain;
+mod setup;
+mod stack;
+
+use crate::build::binary::MAX_DEPTH;
+use crate::instance::Other;
+use crate::layout::{Child, Node, ROWS, WIDTH};
+use crate::{Accel, CustomShapes};
+use etendue_numerics::Ray;
+use stack::Stack;
+
+pub(crate) use setup::ORDINARY;
+
+/// More entries than this never wait: each level of the tree leaves at most seven siblings behind.
+const STACK: usize = (WIDTH - 1) * MAX_DEPTH + 1;
+
+/// The nearest hit so far; before the first, the end of the ray.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    pub t: f32,
+    pub u: f32,
+    pub v: f32,
+    /// Number of the instance in the outer tree, `u32::MAX` outside of instances.
+    pub instance: u32,
+    /// Flat item number within its tree.
+    pub item: u32,
+    /// The primitive that a custom shape tells.
+    pub primitive: u32,
+    pub is_hit: bool,
+}
+
+impl Nearest {
+    fn none(t_max: f32) -> Self {
+        Self { t: t_max, u: 0.0, v: 0.0, instance: 0, item: 0, primitive: 0, is_hit: false }
+    }
+
+    /// Whether a hit at `t` comes before. Of equal hits the lower number wins, so that the answer does not depend on the tree.
+    #[inline(always)]
+    fn is_beaten_by(&self, t: f32, instance: u32, item: u32) -> bool {
+        t < self.t || (t == self.t && (instance, item) < (self.instance, self.item))
+    }
+}
+
+/// A hit among the triangles of one leaf: the nearest, of equals the one in the lowest lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct LaneHit {
+    t: f32,
+    u: f32,
+    v: f32,
+    lane: usize,
+}
+
+/// Eight boxes, or up to eight triangles, against one ray that has been prepared.
+trait Kernel: Sized {
+    /// Prepares a ray.
+    fn new(ray: &Ray) -> Self;
+
+    /// Which of a node's boxes the ray meets within [0, `best`], a bit each, and where it enters them.
+    fn boxes(&self, node: &Node, best: f32, enter: &mut [f32; WIDTH]) -> u32;
+
+    /// The nearest of a leaf's triangles that the ray hits within (0, `best`].
+    ///
+    /// # Safety
+    /// `corners` points to `count` ≤ 8 triangles in rows of `count` floats, and to [`WIDTH`] readable floats after them.
+    unsafe fn nearest(&self, corners: *const f32, count: usize, best: f32) -> Option<LaneHit>;
+
+    /// Whether the ray hits one of a leaf's triangles within (0, `t_max`).
+    ///
+    /// # Safety
+    /// As for [`Kernel::nearest`].
+    unsafe fn any(&self, corners: *const f32, count: usize, t_max: f32) -> bool;
+
+    /// [`closest_in`], compiled for this kernel's instructions.
+    fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest);
+
+    /// [`occluded_in`], compiled for this kernel's instructions.
+    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool;
+}
+
+/// How rays are cast. All give the same hits; the choice is there for tests and measurements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Path {
+    /// Plain Rust: runs everywhere.
+    Plain,
+    /// AVX2: eight lanes on x86-64 processors since 2013.
+    Avx2,
+}
+
+impl Path {
+    /// The fastest that this machine can run.
+    pub fn best() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi1") && is_x86_feature_detected!("bmi2") {
+            return Self::Avx2;
+        }
+        Self::Plain
+    }
+
+    /// Whether this machine can run it.
+    pub fn is_available(self) -> bool {
+        self == Self::Plain || self == Self::best()
+    }
+}
+
+/// The nearest hit within (0, `ray.t_max`).
+#[inline]
+pub(crate) fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> Option<Nearest> {
+    let mut nearest = Nearest::none(ray.t_max);
+    enter_closest(accel, ray, shapes, u32::MAX, &mut nearest, accel.path);
+    nearest.is_hit.then_some(nearest)
+}
+
+/// Whether there is a hit within (0, `ray.t_max`).
+#[inline]
+pub(crate) fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
+    enter_occluded(accel, ray, shapes, accel.path)
+}
+
+#[inline(always)]
+fn enter_closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest, path: Path) {
+    if !(accel.ordinary && setup::is_ordinary(ray)) {
+        if setup::is_sound(ray) {
+            careful::Careful::closest(accel, ray, shapes, instance, nearest);
+        }
+        return;
+    }
+    match path {
+        #[cfg(target_arch = "x86_64")]
+        Path::Avx2 => avx2::Avx2::closest(accel, ray, shapes, instance, nearest),
+        _ => plain::Plain::closest(accel, ray, shapes, instance, nearest),
+    }
+}
+
+#[inline(always)]
+fn enter_occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, path: Path) -> bool {
+    if !(accel.ordinary && setup::is_ordinary(ray)) {
+        return setup::is_sound(ray) && careful::Careful::occluded(accel, ray, shapes);
+    }
+    match path {
+        #[cfg(target_arch = "x86_64")]
+        Path::Avx2 => avx2::Avx2::occluded(accel, ray, shapes),
+        _ => plain::Plain::occluded(accel, ray, shapes),
+    }
+}
+
+/// Walks one tree front to back, keeping the nearest hit.
+#[inline(always)]
+fn closest_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
+    let tree = &accel.tree;
+    let Some(mut current) = tree.root else { return };
+    let kernel = K::new(ray);
+    let mut stack = Stack::<STACK>::new();
+    loop {
+        if current.is_node() {
+            // SAFETY: the build numbers nodes below nodes.len().
+            let node = unsafe { tree.nodes.get_unchecked(current.0 as usize) };
+            let mut enter = [0.0; WIDTH];
+            let mut met = kernel.boxes(node, nearest.t, &mut enter);
+            if met != 0 {
+                let (first, rest) = take(met, node, &enter);
+                met = rest;
+                if met == 0 {
+                    current = child(first);
+                    continue;
+                }
+                let (second, rest) = take(met, node, &enter);
+                met = rest;
+                if met == 0 {
+                    stack.push(first.max(second));
+                    current = child(first.min(second));
+                    continue;
+                }
+                current = child(stack.push_sorted(first, second, met, |i| entry(node, &enter, i)));
+                continue;
+            }
+        } else if current.is_triangles() {
+            let (first, count) = current.run();
+            // SAFETY: the build makes leaves of `count` triangles from reference `first` on, and pads the end.
+            let hit = unsafe { kernel.nearest(tree.corners.as_ptr().add(first * ROWS), count, nearest.t) };
+            if let Some(hit) = hit {
+                let item = tree.items[first + hit.lane];
+                if nearest.is_beaten_by(hit.t, instance, item) {
+                    *nearest = Nearest { t: hit.t, u: hit.u, v: hit.v, instance, item, primitive: 0, is_hit: true };
+                }
+            }
+        } else {
+            closest_other::<K, S>(accel, current.index(), ray, shapes, instance, nearest);
+        }
+        loop {
+            let Some(entry) = stack.pop() else { return };
+            if (entry >> 32) as u32 <= nearest.t.to_bits() {
+                current = child(entry);
+                break;
+            }
+        }
+    }
+}
+
+/// Walks one tree until something is hit.
+#[inline(always)]
+fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
+    let tree = &accel.tree;
+    let Some(mut current) = tree.root else { return false };
+    let kernel = K::new(ray);
+    let mut stack = Stack::<STACK>::new();
+    loop {
+        if current.is_node() {
+            // SAFETY: the build numbers nodes below nodes.len().
+            let node = unsafe { tree.nodes.get_unchecked(current.0 as usize) };
+            let mut enter = [0.0; WIDTH];
+            let mut met = kernel.boxes(node, ray.t_max, &mut enter);
+            if met != 0 {
+                // children lie in order of size: the largest is the likeliest to stop the ray
+                current = node.children[met.trailing_zeros() as usize & 7];
+                met &= met - 1;
+                while met != 0 {
+                    let last = 31 - met.leading_zeros();
+                    stack.push(u64::from(node.children[last as usize & 7].0));
+                    met ^= 1 << last;
+                }
+                continue;
+            }
+        } else if current.is_triangles() {
+            let (first, count) = current.run();
+            // SAFETY: the build makes leaves of `count` triangles from reference `first` on, and pads the end.
+            if unsafe { kernel.any(tree.corners.as_ptr().add(first * ROWS), count, ray.t_max) } {
+                return true;
+            }
+        } else if occluded_other::<K, S>(accel, current.index(), ray, shapes) {
+            return true;
+        }
+        let Some(entry) = stack.pop() else { return false };
+        current = child(entry);
+    }
+}
+
+/// A stack entry: where the ray enters, then the child. Entry points are not negative, so entries compare as integers.
+#[inline(always)]
+fn entry(node: &Node, enter: &[f32; WIDTH], i: u32) -> u64 {
+    u64::from(enter[i as usize & 7].to_bits()) << 32 | u64::from(node.children[i as usize & 7].0)
+}
+
+#[inline(always)]
+fn child(entry: u64) -> Child {
+    Child(entry as u32)
+}
+
+/// The entry of the lowest bit, and the other bits.
+#[inline(always)]
+fn take(met: u32, node: &Node, enter: &[f32; WIDTH]) -> (u64, u32) {
+    (entry(node, enter, met.trailing_zeros()), met & (met - 1))
+}
+
+#[inline(never)]
+fn closest_other<K: Kernel, S: CustomShapes>(
+    accel: &Accel,
+    index: usize,
+    ray: &Ray,
+    shapes: &S,
+    instance: u32,
+    nearest: &mut Nearest,
+) {
+    match &accel.others[index] {
+        Other::Custom { geometry } => {
+            let Some(hit) = shapes.intersect(*geometry, &ray.until(nearest.t)) else { return };
+            let item = accel.owners.total() + index as u32;
+            if hit.t > 0.0 && nearest.is_beaten_by(hit.t, instance, item) {
+                *nearest = Nearest { t: hit.t, u: hit.u, v: hit.v, instance, item, primitive: hit.primitive, is_hit: true };
+            }
+        }
+        Other::Instance(inner) => {
+            let child = &accel.children[inner.tree as usize];
+            let local = inner.ray(ray);
+            if child.ordinary && setup::is_ordinary(&local) {
+                K::closest(child, &local, shapes, index as u32, nearest);
+            } else if setup::is_sound(&local) {
+                careful::Careful::closest(child, &local, shapes, index as u32, nearest);
+            }
+        }
+    }
+}
+
+#[inline(never)]
+fn occluded_other<K: Kernel, S: CustomShapes>(accel: &Accel, index: usize, ray: &Ray, shapes: &S) -> bool {
+    match &accel.others[index] {
+        Other::Custom { geometry } => shapes.occludes(*geometry, ray),
+        Other::Instance(inner) => {
+            let child = &accel.children[inner.tree as usize];
+            let local = inner.ray(ray);
+            if child.ordinary && setup::is_ordinary(&local) {
+                K::occluded(child, &local, shapes)
+            } else {
+                setup::is_sound(&local) && careful::Careful::occluded(child, &local, shapes)
+            }
+        }
+    }
+}
