@@ -5,12 +5,15 @@
 
 pub mod bounds;
 pub mod frame;
+pub mod kernel;
 pub mod math;
 pub mod measure;
 pub mod ray;
 pub mod sequence;
 pub mod spectrum;
+pub mod table;
 pub mod transform;
+pub mod warp;
 
 pub use bounds::Bounds3;
 pub use frame::Frame;
