@@ -19,6 +19,8 @@ use std::fmt;
 const POOL_BELOW: f64 = 5.0;
 /// Pilot points above which a cell is divided.
 const DIVIDE_ABOVE: usize = 48;
+/// Pilot points above which a piece of a cell is divided for quadrature.
+const INTEGRATE_ABOVE: usize = 4;
 /// Divisions of a starting cell at the most: f32 directions cannot be told apart much finer.
 const MAX_DIVISIONS: u32 = 9;
 /// What the quadrature of ∫p is trusted to.
@@ -152,13 +154,24 @@ impl<D: Domain + Copy> ChiSquareTest<D> {
             if p.is_finite() { p } else { 0.0 }
         };
         let n = self.samples as f64;
+        let tolerance = |p: f64| 0.02 * (p.abs().max(1.0 / n) / n).sqrt();
         let mut mass = 0.0;
-        for node in nodes.iter_mut().filter(|node| node.children.is_none()) {
-            node.probability = quadrature::adaptive(&node.rect, &density, 8, |p| 0.02 * (p.abs().max(1.0 / n) / n).sqrt());
+        for (node, points) in nodes.iter_mut().zip(&members).filter(|(node, _)| node.children.is_none()) {
+            node.probability = guided(&node.rect, points, 10, &density, &tolerance);
             mass += node.probability;
         }
         Cells { test: self, nodes, grid, mass }
     }
+}
+
+/// ∫ f over `rect`, quadrature starting from pieces that hold at most a few of the pilot's points: what is narrow within the cell is found.
+fn guided(rect: &Rect, points: &[[f64; 2]], depth: u32, f: &impl Fn(f64, f64) -> f64, tolerance: &impl Fn(f64) -> f64) -> f64 {
+    if points.len() <= INTEGRATE_ABOVE || depth == 0 {
+        return quadrature::adaptive(rect, f, 8, tolerance);
+    }
+    let inside = |q: &Rect, p: &[f64; 2]| (0..2).all(|i| q.min[i] <= p[i] && p[i] < q.max[i]);
+    let part = |q: &Rect| points.iter().copied().filter(|p| inside(q, p)).collect::<Vec<_>>();
+    rect.quarters().iter().map(|q| guided(q, &part(q), depth - 1, f, tolerance)).sum()
 }
 
 fn base_cell(grid: [usize; 2], [s, t]: [f64; 2]) -> usize {

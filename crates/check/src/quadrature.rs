@@ -1,7 +1,9 @@
 //! Integrals over rectangles and spheres in f64, to compare densities and estimators with.
 //!
-//! Each rectangle is integrated by a product of two four-point Gauss-Legendre rules and again as four quarters; where the two
-//! disagree by more than the tolerance the quarters are integrated in the same way, each to half the tolerance. A feature smaller
+//! Each rectangle is integrated by the product of two four-point Gauss-Legendre rules and by that of two five-point Lobatto rules; where the
+//! two disagree by more than the tolerance, its quarters are integrated in the same way, each to half the tolerance. Both rules have
+//! degree 7 and errors of opposite sign, in the ratio 4 : -5, so that (5 G + 4 L)/9 is better than either. For a jump at any place between the
+//! nodes the rules give different values: no jump is overlooked, as it is by two levels of a single rule. A feature smaller
 //! than the starting grid can be missed: whoever knows where it lies starts from smaller rectangles, as the chi-square test does.
 
 use crate::domain::Rect;
@@ -16,12 +18,21 @@ const GAUSS: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// One application of the product rule.
-fn gauss(rect: &Rect, f: &impl Fn(f64, f64) -> f64) -> f64 {
+/// Nodes and weights of the five-point Lobatto rule on [0, 1].
+const LOBATTO: [(f64, f64); 5] = [
+    (0.0, 1.0 / 20.0),
+    (0.172_673_164_646_011_43, 49.0 / 180.0),
+    (0.5, 16.0 / 45.0),
+    (0.827_326_835_353_988_6, 49.0 / 180.0),
+    (1.0, 1.0 / 20.0),
+];
+
+/// The product of a rule with itself over `rect`.
+fn product(rule: &[(f64, f64)], rect: &Rect, f: &impl Fn(f64, f64) -> f64) -> f64 {
     let [dx, dy] = rect.size();
     let mut sum = 0.0;
-    for (x, wx) in GAUSS {
-        for (y, wy) in GAUSS {
+    for (x, wx) in rule {
+        for (y, wy) in rule {
             sum += wx * wy * f(rect.min[0] + dx * x, rect.min[1] + dy * y);
         }
     }
@@ -30,24 +41,23 @@ fn gauss(rect: &Rect, f: &impl Fn(f64, f64) -> f64) -> f64 {
 
 /// ∫ f over `rect`, to about `tolerance(rough value)`, halving at most `depth` times.
 pub(crate) fn adaptive(rect: &Rect, f: &impl Fn(f64, f64) -> f64, depth: u32, tolerance: impl Fn(f64) -> f64) -> f64 {
-    fn refine(rect: &Rect, f: &impl Fn(f64, f64) -> f64, whole: f64, depth: u32, tolerance: f64) -> f64 {
-        let quarters = rect.quarters();
-        let parts = quarters.map(|q| gauss(&q, f));
-        let sum: f64 = parts.iter().sum();
-        if depth == 0 || (sum - whole).abs() <= tolerance {
-            return sum;
+    fn refine(rect: &Rect, f: &impl Fn(f64, f64) -> f64, depth: u32, tolerance: &dyn Fn(f64) -> f64) -> f64 {
+        let (g, l) = (product(&GAUSS, rect, f), product(&LOBATTO, rect, f));
+        let value = (5.0 * g + 4.0 * l) / 9.0;
+        let tolerance = tolerance(value);
+        if depth == 0 || (g - l).abs() <= tolerance {
+            return value;
         }
-        quarters.iter().zip(parts).map(|(q, part)| refine(q, f, part, depth - 1, 0.5 * tolerance)).sum()
+        rect.quarters().iter().map(|q| refine(q, f, depth - 1, &|_| 0.5 * tolerance)).sum()
     }
-    let whole = gauss(rect, f);
-    refine(rect, f, whole, depth, tolerance(whole))
+    refine(rect, f, depth, &tolerance)
 }
 
 /// ∫∫ f(x, y) dx dy over the rectangle [x₀, x₁] × [y₀, y₁], started on an 8 × 8 grid; error about 1e-7 of ∫|f| where f is piecewise smooth.
 pub fn integrate_rect(x: [f64; 2], y: [f64; 2], f: impl Fn(f64, f64) -> f64) -> f64 {
     let cells: Vec<Rect> = Rect { min: [x[0], y[0]], max: [x[1], y[1]] }.grid(8, 8).collect();
-    let scale: f64 = cells.iter().map(|c| gauss(c, &|x, y| f(x, y).abs())).sum();
-    cells.iter().map(|c| adaptive(c, &f, 9, |_| 1e-8 * scale + 1e-15)).sum()
+    let scale: f64 = cells.iter().map(|c| product(&GAUSS, c, &|x, y| f(x, y).abs())).sum();
+    cells.iter().map(|c| adaptive(c, &f, 10, |_| 1e-8 * scale + 1e-15)).sum()
 }
 
 /// ∫∫ f over the unit square.
@@ -57,21 +67,21 @@ pub fn integrate_square(f: impl Fn(f64, f64) -> f64) -> f64 {
 
 /// ∫ f(x) dx over [a, b]; error about 1e-10 where f is piecewise smooth.
 pub fn integrate_interval(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    fn rule(a: f64, b: f64, f: &impl Fn(f64) -> f64) -> f64 {
-        GAUSS.iter().map(|(x, w)| w * f(a + (b - a) * x)).sum::<f64>() * (b - a)
+    fn rule(nodes: &[(f64, f64)], a: f64, b: f64, f: &impl Fn(f64) -> f64) -> f64 {
+        nodes.iter().map(|(x, w)| w * f(a + (b - a) * x)).sum::<f64>() * (b - a)
     }
-    fn refine(a: f64, b: f64, whole: f64, depth: u32, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
-        let m = 0.5 * (a + b);
-        let (left, right) = (rule(a, m, f), rule(m, b, f));
-        if depth == 0 || (left + right - whole).abs() <= tolerance {
-            return left + right;
+    fn refine(a: f64, b: f64, depth: u32, tolerance: f64, f: &impl Fn(f64) -> f64) -> f64 {
+        let (g, l) = (rule(&GAUSS, a, b, f), rule(&LOBATTO, a, b, f));
+        if depth == 0 || (g - l).abs() <= tolerance {
+            return (5.0 * g + 4.0 * l) / 9.0;
         }
-        refine(a, m, left, depth - 1, 0.5 * tolerance, f) + refine(m, b, right, depth - 1, 0.5 * tolerance, f)
+        let m = 0.5 * (a + b);
+        refine(a, m, depth - 1, 0.5 * tolerance, f) + refine(m, b, depth - 1, 0.5 * tolerance, f)
     }
     let step = (b - a) / 64.0;
     let edge = |i: u32| if i == 64 { b } else { a + step * f64::from(i) };
-    let scale: f64 = (0..64).map(|i| rule(edge(i), edge(i + 1), &|x| f(x).abs())).sum();
-    (0..64).map(|i| refine(edge(i), edge(i + 1), rule(edge(i), edge(i + 1), &f), 30, 1e-12 * scale + 1e-300, &f)).sum()
+    let scale: f64 = (0..64).map(|i| rule(&GAUSS, edge(i), edge(i + 1), &|x| f(x).abs())).sum();
+    (0..64).map(|i| refine(edge(i), edge(i + 1), 30, 1e-12 * scale + 1e-300, &f)).sum()
 }
 
 /// The unit vector at (θ, φ).
