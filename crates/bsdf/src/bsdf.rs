@@ -1,0 +1,328 @@
+//! A sum of weighted lobes, each perhaps in a frame of its own: everything that a surface does at one hit.
+//!
+//! f = Σ_k w_k f_k and, with the selection probabilities q_k ∝ w_k · (reflectance of lobe k), p = Σ_k q_k p_k. A smooth sample has the
+//! weight f |cosθ_i| / p whichever lobe drew it (one-sample multiple importance sampling, balance heuristic [Veach 1997,
+//! §9.2.4]); a Dirac sample of lobe k has w_k/q_k times the lobe's weight.
+//!
+//! Blends are sums with weights; a mask of opacity o is the surface with weight o and [`crate::lobes::Null`] with weight 1 - o.
+//!
+//! One lobe in the shading frame, the common case, costs one branch more than the lobe itself. A `Bsdf` with room for
+//! [`Bsdf::MAX_LOBES`] is about a kilobyte of which only the lobes in use are ever touched: build it in place, pass it by reference.
+
+use crate::{BsdfSample, Event, Lobe, Perturbation, Scatter, lobes::Null, local::stretch};
+use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3};
+
+/// A lobe with its weight and frame.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    lobe: Lobe,
+    frame: Option<Perturbation>,
+    weight: f32,
+    /// w_k · reflectance: q_k before normalisation.
+    select: f32,
+}
+
+/// What a surface does at one hit, as numbers only.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf {
+    slots: [Slot; Bsdf::MAX_LOBES],
+    len: usize,
+    events: Event,
+    /// Σ select.
+    total: f32,
+}
+
+impl Default for Bsdf {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<L: Into<Lobe>> From<L> for Bsdf {
+    #[inline]
+    fn from(lobe: L) -> Self {
+        let mut bsdf = Self::new();
+        bsdf.push(1.0, lobe.into());
+        bsdf
+    }
+}
+
+impl Bsdf {
+    /// How many lobes one surface may have.
+    pub const MAX_LOBES: usize = 8;
+
+    /// A surface that absorbs all light.
+    #[inline]
+    pub const fn new() -> Self {
+        const EMPTY: Slot = Slot { lobe: Lobe::Null(Null), frame: None, weight: 0.0, select: 0.0 };
+        Self { slots: [EMPTY; Self::MAX_LOBES], len: 0, events: Event::NONE, total: 0.0 }
+    }
+
+    /// How many lobes it has: a mark for the `_since` methods.
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether it has none.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Adds `weight` times a lobe; weights that are not positive numbers add nothing. `false` where there is no room: the
+    /// number of lobes is known when a scene is compiled, and should be checked there.
+    #[inline]
+    pub fn push(&mut self, weight: f32, lobe: impl Into<Lobe>) -> bool {
+        let lobe = lobe.into();
+        self.insert(weight, lobe, None)
+    }
+
+    #[inline]
+    fn insert(&mut self, weight: f32, lobe: Lobe, frame: Option<Perturbation>) -> bool {
+        if !(weight > 0.0 && weight.is_finite()) {
+            return true;
+        }
+        let Some(slot) = self.slots.get_mut(self.len) else { return false };
+        let select = weight * lobe.importance();
+        self.events |= lobe.events();
+        self.total += select;
+        *slot = Slot { lobe, frame, weight, select };
+        self.len += 1;
+        true
+    }
+
+    /// Adds `weight` times another surface, frames and all; `false` where there is no room for all of it.
+    pub fn append(&mut self, weight: f32, other: &Self) -> bool {
+        other.lobes().iter().all(|s| self.insert(weight * s.weight, s.lobe, s.frame))
+    }
+
+    /// Multiplies the lobes from number `mark` on by `weight`, which must not be negative.
+    pub fn scale_since(&mut self, mark: usize, weight: f32) {
+        let w = if weight.is_finite() { weight.max(0.0) } else { 0.0 };
+        for slot in &mut self.slots[mark.min(self.len)..self.len] {
+            slot.weight *= w;
+            slot.select *= w;
+        }
+        self.total = self.lobes().iter().map(|s| s.select).sum();
+    }
+
+    /// Puts the lobes from number `mark` on into a frame, outside of those they have already.
+    pub fn perturb_since(&mut self, mark: usize, frame: &Perturbation) {
+        for slot in &mut self.slots[mark.min(self.len)..self.len] {
+            slot.frame = Some(slot.frame.map_or(*frame, |inner| frame.then(&inner)));
+        }
+    }
+
+    /// Turns the lobes from number `mark` on upside down: what a two-sided surface shows on its back.
+    pub fn flip_since(&mut self, mark: usize) {
+        self.perturb_since(mark, &Perturbation::BACK);
+    }
+
+    /// All of it times `weight`.
+    #[must_use]
+    pub fn scaled(mut self, weight: f32) -> Self {
+        self.scale_since(0, weight);
+        self
+    }
+
+    /// All of it in a frame.
+    #[must_use]
+    pub fn perturbed(mut self, frame: &Perturbation) -> Self {
+        self.perturb_since(0, frame);
+        self
+    }
+
+    /// All of it upside down.
+    #[must_use]
+    pub fn flipped(mut self) -> Self {
+        self.flip_since(0);
+        self
+    }
+
+    /// η_t/η_i for light that goes from `wo` to `wi`: 1 on the same side. Where transmitting lobes of several indices overlap it is
+    /// the mean that gives the sum of f_k/η_k² in the largest lane.
+    pub fn relative_eta(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if wo.z * wi.z >= 0.0 {
+            return 1.0;
+        }
+        if let [slot] = self.lobes() {
+            return slot.path_eta(wo);
+        }
+        let (mut f, mut scaled) = (0.0, 0.0);
+        for slot in self.lobes().iter().filter(|s| s.lobe.events().transmits()) {
+            let x = slot.eval(wo, wi).max_lane();
+            let eta = slot.path_eta(wo);
+            f += x;
+            scaled += x / (eta * eta);
+        }
+        if scaled > 0.0 { (f / scaled).sqrt() } else { 1.0 }
+    }
+
+    #[inline]
+    fn lobes(&self) -> &[Slot] {
+        &self.slots[..self.len.min(Self::MAX_LOBES)]
+    }
+
+    /// The mixture's weight and density at the smooth sample `s` of the lobe `chosen`.
+    fn mixed(&self, chosen: usize, wo: Vec3, mut s: BsdfSample) -> Option<BsdfSample> {
+        let (mut f_cos, mut pdf) = (Spectrum::ZERO, 0.0);
+        for (k, slot) in self.lobes().iter().enumerate() {
+            let q = slot.select / self.total;
+            let (f_k, p_k) = if k == chosen {
+                let p = s.pdf.value();
+                (s.weight * p, p)
+            } else {
+                (slot.eval(wo, s.wi) * s.wi.z.abs(), slot.pdf(wo, s.wi))
+            };
+            f_cos += if k == chosen { f_k * slot.weight } else { f_k };
+            pdf += q * p_k;
+        }
+        if s.event.transmits() {
+            s.eta = self.relative_eta(wo, s.wi);
+        }
+        s.weight = f_cos / pdf;
+        s.pdf = Pdf::SolidAngle(pdf);
+        (pdf > 0.0 && pdf.is_finite() && s.weight.is_finite()).then_some(s)
+    }
+}
+
+impl Slot {
+    /// w_k f_k, in shading coordinates.
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some(frame) = &self.frame else { return self.lobe.eval(wo, wi) * self.weight };
+        let (Some(o), Some(i)) = (frame.to_local(wo), frame.to_local(wi)) else { return Spectrum::ZERO };
+        self.lobe.eval(o, i) * (self.weight * frame.shadow(wi) * i.z.abs() / wi.z.abs().max(1e-8))
+    }
+
+    /// p_k.
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Some(frame) = &self.frame else { return self.lobe.pdf(wo, wi) };
+        let (Some(o), Some(i)) = (frame.to_local(wo), frame.to_local(wi)) else { return 0.0 };
+        self.lobe.pdf(o, i)
+    }
+
+    /// A sample of the lobe alone, without w_k.
+    #[inline]
+    fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        let Some(frame) = &self.frame else { return self.lobe.sample(wo, u1, u2) };
+        let mut s = self.lobe.sample(frame.to_local(wo)?, u1, u2)?;
+        if s.event.has_null() {
+            s.wi = -wo;
+        } else {
+            s.wi = frame.to_outer(s.wi)?;
+            s.weight *= frame.shadow(s.wi);
+        }
+        Some(s)
+    }
+
+    /// η_t/η_i of the lobe for light from `wo` through the surface.
+    #[inline]
+    fn path_eta(&self, wo: Vec3) -> f32 {
+        match self.local(wo) {
+            Some(o) if o.z > 0.0 => self.lobe.eta(),
+            Some(_) => 1.0 / self.lobe.eta(),
+            None => 1.0,
+        }
+    }
+
+    /// `wo` in the lobe's frame.
+    #[inline]
+    fn local(&self, wo: Vec3) -> Option<Vec3> {
+        self.frame.map_or(Some(wo), |f| f.to_local(wo))
+    }
+}
+
+impl Scatter for Bsdf {
+    #[inline]
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        self.lobes().iter().map(|s| s.eval(wo, wi)).sum()
+    }
+
+    #[inline]
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self.lobes() {
+            [] => 0.0,
+            [slot] => slot.pdf(wo, wi),
+            _ if self.total <= 0.0 => 0.0,
+            slots => slots.iter().map(|s| s.select * s.pdf(wo, wi)).sum::<f32>() / self.total,
+        }
+    }
+
+    #[inline]
+    fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        match self.lobes() {
+            [] => None,
+            [slot] => {
+                let mut s = slot.sample(wo, u1, u2)?;
+                s.weight *= slot.weight;
+                Some(s)
+            }
+            slots => {
+                if self.total <= 0.0 {
+                    return None;
+                }
+                // Which lobe: the one whose share of [0, total) holds u1.
+                let mut at = u1 * self.total;
+                let mut chosen = slots.iter().rposition(|s| s.select > 0.0)?;
+                for (k, slot) in slots.iter().enumerate() {
+                    if at < slot.select {
+                        chosen = k;
+                        break;
+                    }
+                    if k == chosen {
+                        break;
+                    }
+                    at -= slot.select;
+                }
+                let slot = &slots[chosen];
+                let mut s = slot.sample(wo, stretch(at, 0.0, slot.select), u2)?;
+                match s.pdf {
+                    Pdf::SolidAngle(_) => self.mixed(chosen, wo, s),
+                    Pdf::Delta(p) => {
+                        let q = slot.select / self.total;
+                        s.weight *= slot.weight / q;
+                        s.pdf = Pdf::Delta(p * q);
+                        Some(s)
+                    }
+                }
+            }
+        }
+    }
+
+    #[inline]
+    fn events(&self) -> Event {
+        self.events
+    }
+
+    fn albedo(&self, wo: Vec3) -> Spectrum {
+        self.lobes().iter().filter_map(|s| Some(s.lobe.albedo(s.local(wo)?) * s.weight)).sum()
+    }
+
+    fn diffuse_reflectance(&self) -> Spectrum {
+        self.lobes().iter().map(|s| s.lobe.diffuse_reflectance() * s.weight).sum()
+    }
+
+    /// The narrowest of its lobes; 1 where there is none.
+    fn roughness(&self) -> f32 {
+        self.lobes().iter().map(|s| s.lobe.roughness()).fold(1.0, f32::min)
+    }
+
+    /// The index of its first lobe that bends light; 1 where none does.
+    fn eta(&self) -> f32 {
+        self.lobes().iter().map(|s| s.lobe.eta()).find(|eta| *eta != 1.0).unwrap_or(1.0)
+    }
+
+    fn transparency(&self, wo: Vec3) -> Spectrum {
+        if !self.events.has_null() {
+            return Spectrum::ZERO;
+        }
+        self.lobes().iter().filter_map(|s| Some(s.lobe.transparency(s.local(wo)?) * s.weight)).sum()
+    }
+
+    fn importance(&self) -> f32 {
+        self.total
+    }
+}

@@ -1,0 +1,88 @@
+//! The closed set of scattering models, listed once.
+
+use crate::{BsdfSample, Event, Scatter, lobes::*};
+use etendue_numerics::{Spectrum, Vec2, Vec3};
+
+macro_rules! lobes {
+    ($($name:ident),+ $(,)?) => {
+        /// One scattering model with resolved numbers.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Lobe {
+            $(
+                #[doc = concat!("[`", stringify!($name), "`]")]
+                $name($name),
+            )+
+        }
+
+        $(
+            impl From<$name> for Lobe {
+                #[inline]
+                fn from(lobe: $name) -> Self {
+                    Self::$name(lobe)
+                }
+            }
+        )+
+
+        impl Scatter for Lobe {
+            #[inline]
+            fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+                match self { $(Self::$name(lobe) => lobe.eval(wo, wi),)+ }
+            }
+
+            #[inline]
+            fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+                match self { $(Self::$name(lobe) => lobe.pdf(wo, wi),)+ }
+            }
+
+            #[inline]
+            fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+                match self { $(Self::$name(lobe) => lobe.sample(wo, u1, u2),)+ }
+            }
+
+            #[inline]
+            fn events(&self) -> Event {
+                match self { $(Self::$name(lobe) => lobe.events(),)+ }
+            }
+
+            fn albedo(&self, wo: Vec3) -> Spectrum {
+                match self { $(Self::$name(lobe) => lobe.albedo(wo),)+ }
+            }
+
+            fn diffuse_reflectance(&self) -> Spectrum {
+                match self { $(Self::$name(lobe) => lobe.diffuse_reflectance(),)+ }
+            }
+
+            fn roughness(&self) -> f32 {
+                match self { $(Self::$name(lobe) => lobe.roughness(),)+ }
+            }
+
+            fn eta(&self) -> f32 {
+                match self { $(Self::$name(lobe) => lobe.eta(),)+ }
+            }
+
+            fn transparency(&self, wo: Vec3) -> Spectrum {
+                match self { $(Self::$name(lobe) => lobe.transparency(wo),)+ }
+            }
+
+            #[inline]
+            fn importance(&self) -> f32 {
+                match self { $(Self::$name(lobe) => lobe.importance(),)+ }
+            }
+        }
+    };
+}
+
+lobes!(
+    Diffuse,
+    Dielectric,
+    ThinDielectric,
+    RoughDielectric,
+    Conductor,
+    RoughConductor,
+    Plastic,
+    RoughPlastic,
+    Principled,
+    PrincipledThin,
+    Phong,
+    Null,
+);

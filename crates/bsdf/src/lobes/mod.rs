@@ -1,0 +1,36 @@
+//! The scattering models, one file each. Every model has a plain parameter struct with documented defaults and a `new` that cleans
+//! what it is given: no NaN, no negative reflectance, no roughness below [`crate::Microfacets::MIN_ALPHA`].
+
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod null;
+mod phong;
+mod plastic;
+mod principled;
+mod principled_terms;
+mod principled_thin;
+mod rough_conductor;
+mod rough_dielectric;
+mod rough_plastic;
+mod thin_dielectric;
+
+pub use conductor::{Conductor, ConductorParams};
+pub use dielectric::{Dielectric, DielectricParams};
+pub use diffuse::{Diffuse, DiffuseParams};
+pub use null::Null;
+pub use phong::{Phong, PhongParams};
+pub use plastic::{Plastic, PlasticParams};
+pub use principled::{Principled, PrincipledParams, eta_from_specular};
+pub use principled_thin::{PrincipledThin, PrincipledThinParams};
+pub use rough_conductor::{RoughConductor, RoughConductorParams};
+pub use rough_dielectric::{RoughDielectric, RoughDielectricParams};
+pub use rough_plastic::{RoughPlastic, RoughPlasticParams};
+pub use thin_dielectric::{ThinDielectric, ThinDielectricParams};
+
+/// Air's index of refraction, the exterior where none is named.
+pub const AIR: f32 = 1.000_277;
+/// BK7 glass, the interior of dielectrics where none is named.
+pub const BK7: f32 = 1.5046;
+/// Polypropylene, the interior of plastics where none is named.
+pub const POLYPROPYLENE: f32 = 1.49;

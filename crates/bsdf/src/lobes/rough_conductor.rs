@@ -1,0 +1,97 @@
+//! Rough metal: f = F(wo·m) D(m) G1(wo) G1(wi) / (4 cosθ_o cosθ_i), m the half vector [Cook and Torrance 1982; Walter et al. 2007,
+//! eq. 20]. Single scattering: what meets a second facet is lost, so rough white metal absorbs (at α = 1 up to half the light).
+//!
+//! p(wi) = p(m) / (4 wi·m), p(m) that of the normals drawn [Walter et al. 2007, eq. 38].
+
+use super::{Conductor, ConductorParams};
+use crate::{BsdfSample, Event, Microfacets, Ndf, Scatter, fresnel::reflect, local::weighted};
+use etendue_numerics::{Spectrum, Vec2, Vec3};
+
+/// What a [`RoughConductor`] is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughConductorParams {
+    /// The metal.
+    pub conductor: ConductorParams,
+    /// Its distribution of normals; default Beckmann.
+    pub ndf: Ndf,
+    /// Roughness along local x, in [1e-4, 1]; default 0.1.
+    pub alpha_u: f32,
+    /// Roughness along local y, in [1e-4, 1]; default 0.1.
+    pub alpha_v: f32,
+    /// Draw visible normals only; default true.
+    pub sample_visible: bool,
+}
+
+impl Default for RoughConductorParams {
+    fn default() -> Self {
+        Self { conductor: ConductorParams::default(), ndf: Ndf::Beckmann, alpha_u: 0.1, alpha_v: 0.1, sample_visible: true }
+    }
+}
+
+/// Brushed, sand-blasted or cast metal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughConductor {
+    metal: Conductor,
+    facets: Microfacets,
+}
+
+impl RoughConductor {
+    const EVENT: Event = Event::REFLECT.with(Event::GLOSSY);
+
+    /// The lobe of these parameters.
+    pub fn new(p: RoughConductorParams) -> Self {
+        Self { metal: Conductor::new(p.conductor), facets: Microfacets::new(p.ndf, p.alpha_u, p.alpha_v, p.sample_visible) }
+    }
+}
+
+/// The half vector of two directions of the upper hemisphere, where both see it from the front.
+#[inline]
+pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
+    if wo.z <= 0.0 || wi.z <= 0.0 {
+        return None;
+    }
+    (wo + wi).try_normalize()
+}
+
+impl Scatter for RoughConductor {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some(m) = half_vector(wo, wi) else { return Spectrum::ZERO };
+        self.metal.reflected(wo.dot(m).clamp(0.0, 1.0)) * (0.25 * self.facets.dg(wo, wi, m))
+    }
+
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Some(m) = half_vector(wo, wi) else { return 0.0 };
+        let cos = wi.dot(m);
+        if cos > 0.0 { self.facets.pdf(wo, m) / (4.0 * cos) } else { 0.0 }
+    }
+
+    fn sample(&self, wo: Vec3, _u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let m = self.facets.sample(wo, u2);
+        let (wi, cos) = (reflect(wo, m), wo.dot(m));
+        if wi.z <= 0.0 || cos <= 0.0 {
+            return None;
+        }
+        let pdf = self.facets.pdf(wo, m) / (4.0 * cos);
+        let f = self.metal.reflected(cos.min(1.0)) * (0.25 * self.facets.dg(wo, wi, m));
+        weighted(wi, f * (wi.z / pdf), pdf, 1.0, Self::EVENT)
+    }
+
+    fn events(&self) -> Event {
+        Self::EVENT
+    }
+
+    fn albedo(&self, wo: Vec3) -> Spectrum {
+        self.metal.albedo(wo)
+    }
+
+    fn roughness(&self) -> f32 {
+        self.facets.min_alpha()
+    }
+
+    fn importance(&self) -> f32 {
+        self.metal.largest()
+    }
+}

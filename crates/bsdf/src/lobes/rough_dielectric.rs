@@ -1,0 +1,168 @@
+//! A rough interface between two dielectrics [Walter et al. 2007].
+//!
+//! Reflection: f = F D(m) G / (4 cosθ_o cosθ_i), m = (wo + wi)/|wo + wi| (eq. 20).
+//! Transmission: f = (1 - F) D(m) G η² (wo·m)(wi·m) / (cosθ_o cosθ_i (wo·m + η wi·m)²), m along wo + η wi, η = η_t/η_i from the side of
+//! `wo` to that of `wi` (eq. 21, importance form). All cosines by magnitude; m is turned to the side of the macroscopic normal.
+//!
+//! p(wi) = p(m) times the Jacobian 1/(4 wi·m) (eq. 14) or η² (wi·m)/(wo·m + η wi·m)² (eq. 17), times F or 1 - F. Single scattering: what
+//! meets a second facet is lost.
+
+use super::DielectricParams;
+use crate::{
+    BsdfSample, Event, Microfacets, Ndf, Scatter,
+    fresnel::{self, reflect, refract},
+    local::{clean, clean_eta, same_side, weighted},
+};
+use etendue_numerics::{Spectrum, Vec2, Vec3, math::sqr};
+
+/// What a [`RoughDielectric`] is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughDielectricParams {
+    /// The interface; an index of exactly 1 has no facets to speak of and is taken as 1.0001.
+    pub dielectric: DielectricParams,
+    /// Its distribution of normals; default Beckmann.
+    pub ndf: Ndf,
+    /// Roughness along local x, in [1e-4, 1]; default 0.1.
+    pub alpha_u: f32,
+    /// Roughness along local y, in [1e-4, 1]; default 0.1.
+    pub alpha_v: f32,
+    /// Draw visible normals only; default true.
+    pub sample_visible: bool,
+}
+
+impl Default for RoughDielectricParams {
+    fn default() -> Self {
+        Self { dielectric: DielectricParams::default(), ndf: Ndf::Beckmann, alpha_u: 0.1, alpha_v: 0.1, sample_visible: true }
+    }
+}
+
+/// Ground or etched glass: the border of a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughDielectric {
+    reflectance: Spectrum,
+    transmittance: Spectrum,
+    facets: Microfacets,
+    eta: f32,
+}
+
+/// A facet that carries light from `wo` to `wi`.
+pub(super) struct Facet {
+    /// Its normal, in the upper hemisphere.
+    pub m: Vec3,
+    /// |wo·m|.
+    pub cos_o: f32,
+    /// |dm/dwi|.
+    pub jacobian: f32,
+    /// F(wo·m).
+    pub f: f32,
+    /// Whether `wi` lies on the side of `wo`.
+    pub reflects: bool,
+}
+
+impl Facet {
+    /// The facet between two directions, at an interface of index `eta` = interior/exterior; `None` where none is seen from its
+    /// right sides by both.
+    #[inline]
+    pub fn between(wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
+        if wo.z == 0.0 || wi.z == 0.0 {
+            return None;
+        }
+        let reflects = same_side(wo, wi);
+        let path = if wo.z > 0.0 { eta } else { 1.0 / eta };
+        let m = (wo + wi * if reflects { 1.0 } else { path }).try_normalize()?;
+        let m = if m.z < 0.0 { -m } else { m };
+        Self::of(m, wo, wi, path, reflects, fresnel::dielectric(wo.dot(m), eta).f)
+    }
+
+    /// The facet `m` with all that follows from it; `path` = η_t/η_i from `wo` inwards.
+    #[inline]
+    pub fn of(m: Vec3, wo: Vec3, wi: Vec3, path: f32, reflects: bool, f: f32) -> Option<Self> {
+        let (o, i) = (wo.dot(m), wi.dot(m));
+        if o * wo.z <= 0.0 || i * wi.z <= 0.0 {
+            return None;
+        }
+        let jacobian = if reflects { 0.25 / i.abs() } else { sqr(path) * i.abs() / sqr(o + path * i).max(f32::MIN_POSITIVE) };
+        Some(Self { m, cos_o: o.abs(), jacobian, f, reflects })
+    }
+}
+
+impl RoughDielectric {
+    /// The lobe of these parameters.
+    pub fn new(p: RoughDielectricParams) -> Self {
+        let d = p.dielectric;
+        let eta = clean_eta(d.eta);
+        Self {
+            reflectance: clean(d.specular_reflectance),
+            transmittance: clean(d.specular_transmittance),
+            facets: Microfacets::new(p.ndf, p.alpha_u, p.alpha_v, p.sample_visible),
+            eta: if (eta - 1.0).abs() < 1e-4 { 1.0001 } else { eta },
+        }
+    }
+
+    /// f of a facet: D G / (cosθ_o cosθ_i) times F/4, or times (1 - F) |wo·m| and the Jacobian of refraction.
+    #[inline]
+    fn value(&self, x: &Facet, wo: Vec3, wi: Vec3) -> Spectrum {
+        let dg = self.facets.dg(wo, wi, x.m);
+        if x.reflects {
+            self.reflectance * (0.25 * x.f * dg)
+        } else {
+            self.transmittance * ((1.0 - x.f) * dg * x.cos_o * x.jacobian)
+        }
+    }
+
+    /// p of a facet.
+    #[inline]
+    fn density(&self, x: &Facet, wo: Vec3) -> f32 {
+        let up = if wo.z < 0.0 { -wo } else { wo };
+        self.facets.widened(wo.z).pdf(up, x.m) * x.jacobian * if x.reflects { x.f } else { 1.0 - x.f }
+    }
+}
+
+impl Scatter for RoughDielectric {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        Facet::between(wo, wi, self.eta).map_or(Spectrum::ZERO, |x| self.value(&x, wo, wi))
+    }
+
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        Facet::between(wo, wi, self.eta).map_or(0.0, |x| self.density(&x, wo))
+    }
+
+    fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let up = if wo.z < 0.0 { -wo } else { wo };
+        let m = self.facets.widened(wo.z).sample(up, u2);
+        let x = fresnel::dielectric(wo.dot(m), self.eta);
+        let reflects = u1 < x.f;
+        let wi = if reflects { reflect(wo, m) } else { refract(wo, m, &x) };
+        if wi.z == 0.0 || same_side(wo, wi) != reflects {
+            return None;
+        }
+        let path = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
+        let facet = Facet::of(m, wo, wi, path, reflects, x.f)?;
+        let pdf = self.density(&facet, wo);
+        let (eta, event) = if reflects { (1.0, Event::REFLECT) } else { (path, Event::TRANSMIT) };
+        weighted(wi, self.value(&facet, wo, wi) * (wi.z.abs() / pdf), pdf, eta, event | Event::GLOSSY)
+    }
+
+    fn events(&self) -> Event {
+        Event::REFLECT | Event::TRANSMIT | Event::GLOSSY
+    }
+
+    fn albedo(&self, wo: Vec3) -> Spectrum {
+        Spectrum::lerp(fresnel::dielectric(wo.z, self.eta).f, self.transmittance, self.reflectance)
+    }
+
+    fn roughness(&self) -> f32 {
+        self.facets.min_alpha()
+    }
+
+    fn eta(&self) -> f32 {
+        self.eta
+    }
+
+    fn importance(&self) -> f32 {
+        self.reflectance.max_lane().max(self.transmittance.max_lane())
+    }
+}

@@ -1,0 +1,103 @@
+//! Rough plastic: a rough dielectric varnish over a diffuse base, with all light that bounces between the two.
+//!
+//! f = F(wo·m) D(m) G / (4 cosθ_o cosθ_i) + T(cosθ_o) T(cosθ_i) / (π η²) · ρ/(1 - R ρ'): [`RoughTransmittance`] holds T and the internal
+//! reflectance R of the varnish; ρ' = ρ with `nonlinear`, else 1.
+
+use super::{PlasticParams, plastic::Base, rough_conductor::half_vector};
+use crate::{
+    BsdfSample, Event, Microfacets, Ndf, Scatter,
+    fresnel::{self, reflect},
+    local::{clean_eta, cosine_pdf, cosine_sample, smooth},
+    microfacet::transmittance::RoughTransmittance,
+};
+use etendue_numerics::{Spectrum, Vec2, Vec3};
+
+/// What a [`RoughPlastic`] is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughPlasticParams {
+    /// Base and varnish.
+    pub plastic: PlasticParams,
+    /// The varnish's distribution of normals; default Beckmann.
+    pub ndf: Ndf,
+    /// Its roughness, in [1e-4, 1]; default 0.1.
+    pub alpha: f32,
+    /// Draw visible normals only; default true.
+    pub sample_visible: bool,
+}
+
+impl Default for RoughPlasticParams {
+    fn default() -> Self {
+        Self { plastic: PlasticParams::default(), ndf: Ndf::Beckmann, alpha: 0.1, sample_visible: true }
+    }
+}
+
+impl RoughPlasticParams {
+    /// What depends on the boundary alone (`ndf`, `alpha`, `plastic.eta`); make it once per material, it takes milliseconds.
+    pub fn transmittance(&self) -> RoughTransmittance {
+        RoughTransmittance::new(self.ndf, self.alpha, self.plastic.eta)
+    }
+}
+
+/// Matte plastic, eggshell paint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RoughPlastic {
+    base: Base,
+    boundary: RoughTransmittance,
+    facets: Microfacets,
+    eta: f32,
+}
+
+impl RoughPlastic {
+    /// The lobe of these parameters; `boundary` is their [`RoughPlasticParams::transmittance`].
+    pub fn new(p: RoughPlasticParams, boundary: &RoughTransmittance) -> Self {
+        let eta = clean_eta(p.plastic.eta);
+        let base = Base::new(&p.plastic, eta, boundary.internal_reflectance());
+        Self { base, boundary: *boundary, facets: Microfacets::new(p.ndf, p.alpha, p.alpha, p.sample_visible), eta }
+    }
+}
+
+impl Scatter for RoughPlastic {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        let Some(m) = half_vector(wo, wi) else { return Spectrum::ZERO };
+        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.eta).f * self.facets.dg(wo, wi, m);
+        self.base.specular * varnish + self.base.f * (self.boundary.at(wo.z) * self.boundary.at(wi.z))
+    }
+
+    fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Some(m) = half_vector(wo, wi) else { return 0.0 };
+        let p = self.base.specular_probability(self.boundary.at(wo.z));
+        let cos = wi.dot(m);
+        let varnish = if cos > 0.0 { self.facets.pdf(wo, m) / (4.0 * cos) } else { 0.0 };
+        p * varnish + (1.0 - p) * cosine_pdf(wi)
+    }
+
+    fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let p = self.base.specular_probability(self.boundary.at(wo.z));
+        let (wi, event) =
+            if u1 < p { (reflect(wo, self.facets.sample(wo, u2)), Event::GLOSSY) } else { (cosine_sample(u2)?, Event::DIFFUSE) };
+        smooth(wi, self.eval(wo, wi), self.pdf(wo, wi), 1.0, Event::REFLECT | event)
+    }
+
+    fn events(&self) -> Event {
+        Event::REFLECT | Event::GLOSSY | Event::DIFFUSE
+    }
+
+    fn albedo(&self, wo: Vec3) -> Spectrum {
+        Spectrum::lerp(self.boundary.at(wo.z), self.base.specular, self.base.reflectance)
+    }
+
+    fn diffuse_reflectance(&self) -> Spectrum {
+        self.base.reflectance
+    }
+
+    fn roughness(&self) -> f32 {
+        self.facets.min_alpha()
+    }
+
+    fn importance(&self) -> f32 {
+        self.base.reflectance.max_lane().max(self.base.specular.max_lane())
+    }
+}

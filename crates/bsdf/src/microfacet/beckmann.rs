@@ -1,0 +1,84 @@
+//! Beckmann's surface of roughness 1: exact masking, and normals drawn as they are seen.
+//!
+//! Seen under the angle θ, slopes x in the plane of sight have the density
+//! p(x) ∝ (cosθ - x sinθ) e^(-x²) for x < cotθ [Heitz and d'Eon 2014, eq. 5], with the integral
+//! C(x) = (√π/2) cosθ (1 + erf x) + ½ sinθ e^(-x²); the other slope is Gaussian. C(x) = u C(cotθ) is solved for y = erf x by Newton's
+//! method inside a bracket, from the solution at grazing incidence [Jakob 2014], so that the map is smooth in u.
+
+use super::erf::{erf, erf_inv};
+use etendue_numerics::{
+    Vec2, Vec3,
+    math::{PI, exp, ln, safe_sqrt},
+};
+
+/// √π/2.
+const HALF_SQRT_PI: f32 = 0.886_226_95;
+/// The largest |erf x| that the inverse is asked for.
+const ALMOST_ONE: f32 = 1.0 - 1e-7;
+
+/// The exact G1(v)/cosθ_v = 2 / (cosθ (1 + erf a) + s e^(-a²)/√π), a = cosθ/s, s = α sinθ [Walter et al. 2007, eq. 26].
+#[inline]
+pub fn g1_over_cos(cos: f32, s: f32) -> f32 {
+    if cos >= 4.0 * s {
+        return 1.0 / cos;
+    }
+    let a = cos / s;
+    2.0 / (cos * (1.0 + erf(a)) + s * exp(-a * a) / PI.sqrt())
+}
+
+/// A visible normal of the surface of roughness 1 seen from the unit vector `v` (upper hemisphere), not normalised.
+pub fn visible_normal(v: Vec3, u: Vec2) -> Vec3 {
+    let cos = v.z;
+    let sin = (v.x * v.x + v.y * v.y).sqrt();
+    let along = slope(cos, sin, u.x);
+    let across = erf_inv((2.0 * u.y - 1.0).clamp(-ALMOST_ONE, ALMOST_ONE));
+    let (cos_phi, sin_phi) = if sin > 0.0 { (v.x / sin, v.y / sin) } else { (1.0, 0.0) };
+    Vec3::new(sin_phi * across - cos_phi * along, -cos_phi * across - sin_phi * along, 1.0)
+}
+
+/// The slope x with C(x) = u C(cotθ).
+fn slope(cos: f32, sin: f32, u: f32) -> f32 {
+    let top = if sin * 4.0 <= cos { ALMOST_ONE } else { erf(cos / sin).min(ALMOST_ONE) };
+    let end = if sin > 0.0 && cos < 4.0 * sin { exp(-cos * cos / (sin * sin)) } else { 0.0 };
+    let target = u * (HALF_SQRT_PI * cos * (1.0 + top) + 0.5 * sin * end);
+
+    let (mut low, mut high) = (-ALMOST_ONE, top);
+    let start = top - (top + 1.0) * erf(safe_sqrt(-ln(u.max(1e-7))));
+    let mut y = start.clamp(low, high);
+    for _ in 0..8 {
+        let x = erf_inv(y);
+        let excess = HALF_SQRT_PI * cos * (1.0 + y) + 0.5 * sin * exp(-x * x) - target;
+        // dC/dy = (√π/2) (cosθ - x sinθ), which vanishes at the end x = cotθ.
+        let next = y - excess / (HALF_SQRT_PI * (cos - x * sin));
+        if (next - y).abs() < 1e-6 {
+            y = next;
+            break;
+        }
+        if excess > 0.0 {
+            high = y;
+        } else {
+            low = y;
+        }
+        y = if next > low && next < high { next } else { 0.5 * (low + high) };
+    }
+    erf_inv(y.clamp(-ALMOST_ONE, ALMOST_ONE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_solves_its_equation() {
+        for (cos, sin) in [(1.0f32, 0.0f32), (0.8, 0.6), (0.1, 0.995), (1e-4, 1.0), (0.9999, 0.0141)] {
+            let c = |x: f32| HALF_SQRT_PI * cos * (1.0 + erf(x)) + 0.5 * sin * exp(-x * x);
+            let all = if sin > 0.0 { c((cos / sin).min(5.0)) } else { c(5.0) };
+            for i in 0..=1000 {
+                let u = (i as f32 / 1000.0).min(1.0 - 6e-8);
+                let x = slope(cos, sin, u);
+                assert!(x.is_finite() && x * sin <= cos * 1.0001 + 1e-4, "{cos} {u} {x}");
+                assert!((c(x) / all - u).abs() < 3e-6, "{cos} {u}: {} ", c(x) / all);
+            }
+        }
+    }
+}
