@@ -9,7 +9,7 @@
 //! bias   = (mean of x - mean of r) / mean of r    per channel, and of the luminance
 //! ```
 //!
-//! and FLIP in its two forms, see [`flip`](crate::flip). Pixels that hold a number that is not finite, in the picture
+//! and FLIP in its two forms, see [`flip`]. Pixels that hold a number that is not finite, in the picture
 //! or in the reference, are counted and left out of the means; FLIP sees them as black.
 
 use crate::colour::{linear_to_srgb, luminance};
