@@ -100,6 +100,12 @@ impl Transform {
         self.inverse.transform_vector3(v)
     }
 
+    /// |M| e: the bound on the image of a vector that `e` bounds in each coordinate.
+    #[inline]
+    pub fn spread(&self, e: Vec3) -> Vec3 {
+        Mat3::from_mat4(self.m).abs() * e
+    }
+
     /// The box around the moved box (affine).
     pub fn bounds(&self, b: &Bounds3) -> Bounds3 {
         if b.is_empty() { *b } else { Bounds3::of(b.corners().map(|c| self.point(c))) }

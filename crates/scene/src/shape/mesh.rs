@@ -1,0 +1,235 @@
+//! Triangle meshes.
+//!
+//! ```text
+//! p = b0 p0 + b1 p1 + b2 p2,    b0 = 1 - b1 - b2;  the same for texture coordinates, normals and attributes
+//! ```
+//!
+//! | | |
+//! | --- | --- |
+//! | n | (p1 - p0) × (p2 - p0), turned to the side of the shading normal where the mesh has normals |
+//! | ∂p/∂u, ∂p/∂v | from p and uv; without texture coordinates (u, v) = (b1, b2) |
+//!
+//! The accelerator keeps triangles of its own for intersection; this is what shading looks at.
+
+use super::spherical::SphericalTriangle;
+use super::{Geometry, SurfacePoint};
+use crate::interaction::Interaction;
+use etendue_accel::{CustomHit, Hit};
+use etendue_description::{Attribute, AttributeKind};
+use etendue_numerics::math::gamma;
+use etendue_numerics::{Bounds3, Ray, Vec2, Vec3};
+use glam::DVec3;
+
+/// Solid angle, sr, below which a triangle is sampled by area: there the two densities hardly differ, and area is cheaper.
+const MIN_SOLID_ANGLE: f32 = 3e-5;
+
+/// Triangles with what shading wants to know of them.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<Vec3>,
+    /// Unit vertex normals; empty where faces are shaded flat.
+    pub normals: Vec<Vec3>,
+    /// Texture coordinates; empty where there are none.
+    pub uvs: Vec<Vec2>,
+    /// Triangles.
+    pub indices: Vec<[u32; 3]>,
+    /// Named data on vertices or faces.
+    pub attributes: Vec<Attribute>,
+    /// Both normals are turned round.
+    pub flip_normals: bool,
+    /// Two triangles side by side in one plane: one primitive to light samplers.
+    pub(super) quad: bool,
+}
+
+impl Mesh {
+    /// The same mesh; two triangles that make a flat quadrilateral become one primitive.
+    pub fn finish(mut self) -> Self {
+        self.quad = self.is_quad();
+        self
+    }
+
+    /// Whether this is two triangles with an edge in common, on either side of it, in one plane. Only meshes without attributes count, whose
+    /// points need no triangle number.
+    fn is_quad(&self) -> bool {
+        let [a, b] = self.indices[..] else { return false };
+        let (pa, pb) = (self.corners(a), self.corners(b));
+        let own = |p: &[Vec3; 3], q: &[Vec3; 3]| p.iter().copied().filter(|x| !q.contains(x)).collect::<Vec<_>>();
+        let (only_a, only_b) = (own(&pa, &pb), own(&pb, &pa));
+        let ([x], [y]) = (&only_a[..], &only_b[..]) else { return false };
+        let shared: Vec<Vec3> = pa.iter().copied().filter(|p| p != x).collect();
+        let edge = (shared[1] - shared[0]).as_dvec3();
+        let (na, nb) = (cross(pa), cross(pb));
+        let side = |p: Vec3| edge.cross((p - shared[0]).as_dvec3());
+        let flat = na.dot(nb) > (1.0 - 1e-9) * na.length() * nb.length() && nb != DVec3::ZERO;
+        self.attributes.is_empty() && flat && side(*x).dot(side(*y)) < 0.0
+    }
+
+    /// The corners of a triangle.
+    #[inline]
+    fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|i| self.positions[i as usize])
+    }
+
+    /// The corners of the triangles of a primitive.
+    fn triangles_of(&self, primitive: u32) -> impl Iterator<Item = (u32, [Vec3; 3])> {
+        let range = if self.quad { 0..2 } else { primitive..primitive + 1 };
+        range.map(|i| (i, self.corners(self.indices[i as usize])))
+    }
+
+    /// The number of an attribute, to be looked up by [`Mesh::attribute`].
+    pub fn attribute_index(&self, name: &str) -> Option<usize> {
+        self.attributes.iter().position(|a| a.name == name)
+    }
+
+    /// An attribute at barycentrics `bary` = (b1, b2) of a triangle; one number is given three times.
+    pub fn attribute(&self, index: usize, triangle: u32, bary: Vec2) -> [f32; 3] {
+        let a = &self.attributes[index];
+        let at = |i: u32, c: usize| a.data[i as usize * a.channels + c.min(a.channels - 1)];
+        std::array::from_fn(|c| match a.kind {
+            AttributeKind::Face => at(triangle, c),
+            AttributeKind::Vertex => {
+                let [i, j, k] = self.indices[triangle as usize];
+                at(i, c) * (1.0 - bary.x - bary.y) + at(j, c) * bary.x + at(k, c) * bary.y
+            }
+        })
+    }
+
+    /// The point at barycentrics of a triangle.
+    fn point(&self, triangle: u32, bary: Vec2) -> SurfacePoint {
+        let index = self.indices[triangle as usize];
+        let corners = self.corners(index);
+        let b = [1.0 - bary.x - bary.y, bary.x, bary.y];
+        let [q0, q1, q2] = std::array::from_fn(|i| corners[i] * b[i]);
+        let p = q0 + q1 + q2;
+
+        // Rounding: of the sum itself [Pharr, Jakob, Humphreys 2023, §6.8.5], and of the intersection of the ray that leaves, whose test
+        // rounds the corners as seen from p.
+        let extent = corners.iter().fold(Vec3::ZERO, |e, c| e.max((*c - p).abs())).max_element();
+        let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7) + Vec3::splat(extent * gamma(2));
+
+        let face = cross(corners).normalize_or(DVec3::Z).as_vec3();
+        let (mut n, mut ns) = (face, face);
+        if !self.normals.is_empty() {
+            ns = interpolate(&self.normals, index, b).try_normalize().unwrap_or(face);
+            if n.dot(ns) < 0.0 {
+                n = -n;
+            }
+        }
+        if self.flip_normals {
+            (n, ns) = (-n, -ns);
+        }
+        let uv = if self.uvs.is_empty() { bary } else { interpolate(&self.uvs, index, b) };
+        SurfacePoint { p, p_error, n, ns, uv, primitive: if self.quad { 0 } else { triangle }, bary, pdf_a: 0.0 }
+    }
+
+    /// ∂p/∂u and ∂p/∂v of a triangle with normal `n`; any tangents where its texture coordinates do not span the plane.
+    fn tangents(&self, triangle: u32, n: Vec3) -> (Vec3, Vec3) {
+        let index = self.indices[triangle as usize];
+        let [p0, p1, p2] = self.corners(index);
+        let (e1, e2) = (p1 - p0, p2 - p0);
+        if self.uvs.is_empty() {
+            return (e1, e2);
+        }
+        let [t0, t1, t2] = index.map(|i| self.uvs[i as usize]);
+        let (d1, d2) = (t1 - t0, t2 - t0);
+        let determinant = d1.perp_dot(d2);
+        let (dp_du, dp_dv) = ((e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant);
+        if dp_du.is_finite() && dp_dv.is_finite() {
+            return (dp_du, dp_dv);
+        }
+        let frame = etendue_numerics::Frame::from_normal(n);
+        (frame.s, frame.t)
+    }
+}
+
+/// (p1 - p0) × (p2 - p0), exact but for f64's rounding: thin triangles keep their normals.
+fn cross([p0, p1, p2]: [Vec3; 3]) -> DVec3 {
+    let p0 = p0.as_dvec3();
+    (p1.as_dvec3() - p0).cross(p2.as_dvec3() - p0)
+}
+
+/// Area of a triangle, m².
+pub(super) fn area(corners: [Vec3; 3]) -> f32 {
+    (0.5 * cross(corners).length()) as f32
+}
+
+/// b0 x0 + b1 x1 + b2 x2.
+fn interpolate<T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(x: &[T], index: [u32; 3], b: [f32; 3]) -> T {
+    let [x0, x1, x2] = index.map(|i| x[i as usize]);
+    x0 * b[0] + x1 * b[1] + x2 * b[2]
+}
+
+impl Geometry for Mesh {
+    fn bounds(&self) -> Bounds3 {
+        // Only what a triangle uses: files may hold stray vertices.
+        Bounds3::of(self.indices.iter().flatten().map(|i| self.positions[*i as usize]))
+    }
+
+    fn primitive_count(&self) -> u32 {
+        if self.quad { 1 } else { self.indices.len() as u32 }
+    }
+
+    fn area_of(&self, primitive: u32) -> f32 {
+        self.triangles_of(primitive).map(|(_, corners)| area(corners)).sum()
+    }
+
+    /// Meshes are met by the accelerator.
+    fn intersect(&self, _: &Ray) -> Option<CustomHit> {
+        None
+    }
+
+    fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
+        let point = self.point(hit.primitive, Vec2::new(hit.u, hit.v));
+        let (dp_du, dp_dv) = self.tangents(hit.primitive, point.n);
+        Interaction::at(&point, ray, hit, dp_du, dp_dv)
+    }
+
+    fn sample_area(&self, primitive: u32, u: Vec2) -> SurfacePoint {
+        let total = self.area_of(primitive);
+        let (triangle, u) = self.choose(primitive, u, |corners| area(corners));
+        // The square folded onto the triangle [Heitz 2019].
+        let bary = if u.x < u.y { Vec2::new(u.y - 0.5 * u.x, 0.5 * u.x) } else { Vec2::new(0.5 * u.y, u.x - 0.5 * u.y) };
+        let pdf_a = if total > 0.0 { 1.0 / total } else { 0.0 };
+        SurfacePoint { pdf_a, ..self.point(triangle, bary) }
+    }
+
+    fn pdf_direction(&self, primitive: u32, from: Vec3, at: &Interaction) -> f32 {
+        let solid_angle = self.solid_angle(primitive, from);
+        if solid_angle >= MIN_SOLID_ANGLE {
+            return 1.0 / solid_angle;
+        }
+        super::sample::pdf_direction_by_area(self.area_of(primitive), from, at)
+    }
+
+    fn sample_direction(&self, primitive: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {
+        let solid_angle = self.solid_angle(primitive, from);
+        if solid_angle < MIN_SOLID_ANGLE {
+            return super::sample::sample_direction_by_area(self.sample_area(primitive, u), from);
+        }
+        let (triangle, u) = self.choose(primitive, u, |corners| SphericalTriangle::new(from, corners).solid_angle);
+        let bary = SphericalTriangle::new(from, self.corners(self.indices[triangle as usize])).sample(u);
+        Some((self.point(triangle, bary), 1.0 / solid_angle))
+    }
+}
+
+impl Mesh {
+    /// ω of a primitive, sr.
+    fn solid_angle(&self, primitive: u32, from: Vec3) -> f32 {
+        self.triangles_of(primitive).map(|(_, corners)| SphericalTriangle::new(from, corners).solid_angle).sum()
+    }
+
+    /// One triangle of a primitive, chosen in proportion to `weight`, and `u` made uniform again.
+    fn choose(&self, primitive: u32, u: Vec2, weight: impl Fn([Vec3; 3]) -> f32) -> (u32, Vec2) {
+        if !self.quad {
+            return (primitive, u);
+        }
+        let [a, b] = [0, 1].map(|i: usize| weight(self.corners(self.indices[i])));
+        let first = a / (a + b);
+        if u.x < first || b == 0.0 {
+            (0, Vec2::new((u.x / first).min(etendue_numerics::math::ONE_MINUS_EPSILON), u.y))
+        } else {
+            (1, Vec2::new(((u.x - first) / (1.0 - first)).clamp(0.0, etendue_numerics::math::ONE_MINUS_EPSILON), u.y))
+        }
+    }
+}
