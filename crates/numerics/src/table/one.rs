@@ -26,10 +26,12 @@ impl Table1D {
         let mut cdf = Vec::with_capacity(n + 1);
         let mut below = 0.0;
         cdf.push(0.0);
-        for i in 0..n {
-            below += if sum > 0.0 { weight(f[i]) / sum } else { 1.0 / n as f64 };
-            cdf.push(below.min(1.0) as f32);
-        }
+        let uniform = std::iter::repeat_n(1.0 / n as f64, if sum > 0.0 { 0 } else { n });
+        let shares = f.iter().filter(|_| sum > 0.0).map(|&x| weight(x) / sum).chain(uniform);
+        cdf.extend(shares.map(|share| {
+            below += share;
+            below.min(1.0) as f32
+        }));
         // The last step that has weight ends at one, and so do those without weight after it.
         let top = cdf[n];
         cdf.iter_mut().rev().take_while(|c| **c == top).for_each(|c| *c = 1.0);
