@@ -1,6 +1,7 @@
 //! Where a word stands: files, byte ranges, lines and columns.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// A file among the [`Sources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -43,7 +44,7 @@ pub struct Sources {
 #[derive(Clone, Debug)]
 struct Source {
     path: PathBuf,
-    text: String,
+    text: Arc<str>,
     /// The number of the text's first line in its file, from 1.
     first_line: usize,
     /// Where another file named this one.
@@ -52,21 +53,21 @@ struct Source {
 
 impl Sources {
     /// Adds a text under the path that messages shall name.
-    pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<String>) -> SourceId {
+    pub fn add(&mut self, path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> SourceId {
         self.push(path.into(), text.into(), 1, None)
     }
 
     /// Adds a text that another one includes at `parent`; messages tell the chain.
-    pub fn add_included(&mut self, path: impl Into<PathBuf>, text: impl Into<String>, parent: Span) -> SourceId {
+    pub fn add_included(&mut self, path: impl Into<PathBuf>, text: impl Into<Arc<str>>, parent: Span) -> SourceId {
         self.push(path.into(), text.into(), 1, Some(parent))
     }
 
     /// Adds a few lines of a file too large to keep, the first of which is line `first_line` of the file, counted from 1.
-    pub fn add_excerpt(&mut self, path: impl Into<PathBuf>, text: impl Into<String>, first_line: usize) -> SourceId {
+    pub fn add_excerpt(&mut self, path: impl Into<PathBuf>, text: impl Into<Arc<str>>, first_line: usize) -> SourceId {
         self.push(path.into(), text.into(), first_line, None)
     }
 
-    fn push(&mut self, path: PathBuf, text: String, first_line: usize, parent: Option<Span>) -> SourceId {
+    fn push(&mut self, path: PathBuf, text: Arc<str>, first_line: usize, parent: Option<Span>) -> SourceId {
         self.files.push(Source { path, text, first_line, parent });
         SourceId(self.files.len() as u32 - 1)
     }
@@ -79,6 +80,11 @@ impl Sources {
     /// The text of a file.
     pub fn text(&self, id: SourceId) -> &str {
         &self.files[id.0 as usize].text
+    }
+
+    /// The text of a file, to keep.
+    pub fn shared_text(&self, id: SourceId) -> Arc<str> {
+        self.files[id.0 as usize].text.clone()
     }
 
     /// Where another file includes this one.
