@@ -1,0 +1,65 @@
+//! `conductor`, `roughconductor`: metals.
+//!
+//! Parameters: `material` (a metal's name; default `none`, η = 0 and k = 1, which reflects all) or `eta` and `k` over the exterior's index;
+//! `specular_reflectance` (default 1, the physical value); the rough one also those of [`Roughness`].
+
+use super::{Roughness, Single, Site};
+use crate::texture::ColorSlot;
+use etendue_bsdf::{
+    Event, Lobe,
+    lobes::{self, ConductorParams, RoughConductorParams},
+};
+
+/// A polished metal.
+#[derive(Clone, Debug)]
+pub struct Conductor {
+    /// η, real part of the index.
+    pub eta: ColorSlot,
+    /// k, imaginary part of the index.
+    pub k: ColorSlot,
+    /// Factor on what is reflected.
+    pub specular_reflectance: ColorSlot,
+}
+
+impl Conductor {
+    fn params(&self, at: &Site) -> ConductorParams {
+        ConductorParams {
+            eta: at.color(&self.eta),
+            k: at.color(&self.k),
+            specular_reflectance: at.color(&self.specular_reflectance),
+        }
+    }
+}
+
+impl Single for Conductor {
+    fn events(&self) -> Event {
+        Event::REFLECT.with(Event::DELTA)
+    }
+
+    fn lobe(&self, at: &Site) -> Lobe {
+        lobes::Conductor::new(self.params(at)).into()
+    }
+}
+
+/// A rough metal.
+#[derive(Clone, Debug)]
+pub struct RoughConductor {
+    /// The metal.
+    pub metal: Conductor,
+    /// Its microfacets.
+    pub roughness: Roughness,
+}
+
+impl Single for RoughConductor {
+    fn events(&self) -> Event {
+        Event::REFLECT.with(Event::GLOSSY)
+    }
+
+    fn lobe(&self, at: &Site) -> Lobe {
+        let r = &self.roughness;
+        let [alpha_u, alpha_v] = r.alpha.map(|a| at.scalar(&a));
+        let conductor = self.metal.params(at);
+        let sample_visible = r.sample_visible;
+        lobes::RoughConductor::new(RoughConductorParams { conductor, ndf: r.ndf, alpha_u, alpha_v, sample_visible }).into()
+    }
+}

@@ -1,0 +1,212 @@
+//! Materials: f over a surface, with textures.
+//!
+//! ```text
+//! f(·, x, ·) = material(x): textures are looked up once a hit, and what comes out is a Bsdf of numbers only
+//! ```
+//!
+//! Blends, masks, two-sided surfaces, bump and normal maps are resolved here: a [`Bsdf`] is a sum of weighted lobes, each in a frame of
+//! its own. A model is one file (or shares one with its sibling), one line in the list below and one in `compile/materials.rs`.
+//!
+//! | question | answer |
+//! | --- | --- |
+//! | [`Material::evaluate`] | f at an interaction |
+//! | [`Material::events`] | everything that the material may do anywhere, known without a hit |
+//! | [`Material::lobes`] | the most lobes that it makes, at most [`Bsdf::MAX_LOBES`] |
+
+mod blend;
+mod conductor;
+mod dielectric;
+mod diffuse;
+mod mask;
+mod null;
+mod perturbed;
+mod phong;
+mod plastic;
+mod principled;
+mod roughness;
+mod two_sided;
+
+pub use blend::Blend;
+pub use conductor::{Conductor, RoughConductor};
+pub use dielectric::{Dielectric, RoughDielectric, ThinDielectric};
+pub use diffuse::Diffuse;
+pub use mask::Mask;
+pub use null::Null;
+pub use perturbed::{BumpMap, NormalMap, NormalOptions};
+pub use phong::Phong;
+pub use plastic::{Plastic, RoughPlastic};
+pub use principled::{Principled, PrincipledCommon, PrincipledThin};
+pub use roughness::Roughness;
+pub use two_sided::TwoSided;
+
+use crate::ids::MaterialId;
+use crate::interaction::Interaction;
+use crate::scene::Scene;
+use crate::texture::{ColorSlot, ScalarSlot, TextureContext};
+use etendue_bsdf::{Bsdf, Event, Lobe};
+use etendue_numerics::{Frame, Spectrum, Vec3, Wavelengths};
+
+/// Where a material is evaluated, as it seems to a model that others may enclose.
+#[derive(Clone, Copy, Debug)]
+pub struct Site<'a> {
+    /// The point.
+    pub x: &'a Interaction,
+    /// The same for textures.
+    pub textures: TextureContext<'a>,
+    /// What the lanes of spectra stand for.
+    pub wl: &'a Wavelengths,
+    /// The shading frame, turned by enclosing bump and normal maps.
+    pub frame: Frame,
+    /// The given direction in that frame, seen from above on the back of a two-sided surface.
+    pub wo: Vec3,
+}
+
+impl Site<'_> {
+    #[inline]
+    fn color(&self, slot: &ColorSlot) -> Spectrum {
+        slot.eval(&self.textures, self.wl)
+    }
+
+    #[inline]
+    fn scalar(&self, slot: &ScalarSlot) -> f32 {
+        slot.eval(&self.textures)
+    }
+
+    /// Adds `weight` times a material of the scene.
+    fn add(&self, material: MaterialId, weight: f32, to: &mut Bsdf) {
+        self.textures.scene.material(material).add(self, weight, to);
+    }
+}
+
+/// A material that is one lobe.
+pub(crate) trait Single {
+    /// Everything that the lobe may do.
+    fn events(&self) -> Event;
+    /// The lobe at a site.
+    fn lobe(&self, at: &Site) -> Lobe;
+}
+
+/// What every material answers.
+pub(crate) trait Model {
+    /// Everything that the material may do anywhere.
+    fn events(&self) -> Event;
+    /// The most lobes that it adds.
+    fn lobes(&self) -> usize;
+    /// Adds `weight` times the material at a site.
+    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf);
+}
+
+impl<S: Single> Model for S {
+    #[inline]
+    fn events(&self) -> Event {
+        Single::events(self)
+    }
+
+    #[inline]
+    fn lobes(&self) -> usize {
+        1
+    }
+
+    #[inline]
+    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+        // Room was counted when the material was compiled.
+        to.push(weight, self.lobe(at));
+    }
+}
+
+macro_rules! materials {
+    ($($(#[$doc:meta])* $model:ident),* $(,)?) => {
+        /// A material of any model.
+        #[derive(Clone, Debug)]
+        pub enum Material {
+            $($(#[$doc])* $model($model),)*
+        }
+
+        $(impl From<$model> for Material {
+            fn from(model: $model) -> Self {
+                Self::$model(model)
+            }
+        })*
+
+        impl Material {
+            /// Everything that the material may do anywhere: `has_smooth`, `has_delta`, `transmits`, `has_null` tell what a solver needs.
+            pub fn events(&self) -> Event {
+                match self { $(Self::$model(m) => Model::events(m),)* }
+            }
+
+            /// The most lobes that it makes.
+            pub fn lobes(&self) -> usize {
+                match self { $(Self::$model(m) => Model::lobes(m),)* }
+            }
+
+            #[inline]
+            fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+                match self { $(Self::$model(m) => m.add(at, weight, to),)* }
+            }
+        }
+    };
+}
+
+materials! {
+    /// Lambert.
+    Diffuse,
+    /// Smooth interface between two dielectrics.
+    Dielectric,
+    /// A pane of glass without thickness.
+    ThinDielectric,
+    /// Rough interface between two dielectrics.
+    RoughDielectric,
+    /// Polished metal.
+    Conductor,
+    /// Rough metal.
+    RoughConductor,
+    /// Smooth varnish over a diffuse base.
+    Plastic,
+    /// Rough varnish over a diffuse base.
+    RoughPlastic,
+    /// Artist's parameters, for solids.
+    Principled,
+    /// Artist's parameters, for sheets.
+    PrincipledThin,
+    /// Diffuse and a cosine power around the mirror direction.
+    Phong,
+    /// Nothing there.
+    Null,
+    /// Opaque in parts.
+    Mask,
+    /// Between two materials.
+    Blend,
+    /// The same, or another, on the back.
+    TwoSided,
+    /// Normals bent by the gradient of a height.
+    BumpMap,
+    /// Normals from a texture.
+    NormalMap,
+}
+
+impl Material {
+    /// f(·, x, ·): the material at x, seen from `x.wo`, with its textures looked up.
+    #[inline]
+    pub fn evaluate(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Bsdf {
+        let frame = x.shading;
+        let at = Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) };
+        if let Self::Diffuse(diffuse) = self {
+            // Most surfaces of most scenes.
+            return Bsdf::from(diffuse.lobe(&at));
+        }
+        let mut bsdf = Bsdf::new();
+        self.add(&at, 1.0, &mut bsdf);
+        bsdf
+    }
+
+    /// Whether light may pass straight through, as if nothing were there.
+    #[inline]
+    pub fn may_be_transparent(&self) -> bool {
+        self.events().has_null()
+    }
+
+    /// Whether all that it does is Dirac: next event estimation finds nothing here.
+    pub fn is_delta(&self) -> bool {
+        self.events().has_delta() && !self.events().has_smooth()
+    }
+}

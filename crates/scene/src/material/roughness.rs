@@ -1,0 +1,16 @@
+//! The microfacets that rough models share: `distribution` (default `beckmann`), `alpha` (default 0.1) or both `alpha_u` and `alpha_v`,
+//! `sample_visible` (default true).
+
+use crate::texture::ScalarSlot;
+use etendue_bsdf::Ndf;
+
+/// Distribution and width of microfacet normals.
+#[derive(Clone, Debug)]
+pub struct Roughness {
+    /// The distribution's shape.
+    pub ndf: Ndf,
+    /// α along the surface's s and t, above 0; the root mean square slope is α/√2.
+    pub alpha: [ScalarSlot; 2],
+    /// Draw only normals that the given direction sees.
+    pub sample_visible: bool,
+}

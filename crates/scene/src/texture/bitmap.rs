@@ -1,0 +1,252 @@
+//! Pictures as textures.
+//!
+//! ```text
+//! t(u, v) = Σ w_i texel_i over the four texels around (u' W - 1/2, v' H - 1/2)        (u', v') = to_uv(u, v)
+//! ```
+//!
+//! Texel (i, j) has its centre at u' = (i + 1/2)/W, v' = (j + 1/2)/H; j = 0 is the top row, so v' grows downwards. Outside [0, 1] the
+//! picture repeats, is mirrored, or goes on with its border.
+//!
+//! Texels stay as small in memory as they can without loss: eight bits with a table of 256 values, or half precision, else f32.
+
+use crate::scene::Scene;
+use crate::texture::{Texels, TextureContext, UvMap};
+use etendue_numerics::{Spectrum, Vec2, Wavelengths};
+use std::sync::Arc;
+
+/// How a value between texel centres is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FilterMode {
+    /// Linear between the four nearest centres.
+    #[default]
+    Bilinear,
+    /// The texel that holds the point.
+    Nearest,
+}
+
+/// What lies outside [0, 1].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WrapMode {
+    /// The picture again.
+    #[default]
+    Repeat,
+    /// The picture mirrored, then again.
+    Mirror,
+    /// The border.
+    Clamp,
+}
+
+/// A picture with the way of looking it up.
+#[derive(Clone, Debug)]
+pub struct Bitmap {
+    /// The texels, shared by every texture that names the same file.
+    pub texels: Arc<Texels>,
+    /// Between texels.
+    pub filter: FilterMode,
+    /// Outside the picture.
+    pub wrap: WrapMode,
+    /// From (u, v) to (u', v').
+    pub to_uv: UvMap,
+}
+
+/// Two neighbouring texels along an axis, and how far the point lies from the first towards the second.
+#[derive(Clone, Copy)]
+struct Span {
+    first: usize,
+    second: usize,
+    fraction: f32,
+    /// d(position in texels)/d(u'): the size, negative in a mirrored tile, zero beyond a clamped border.
+    slope: f32,
+}
+
+impl WrapMode {
+    /// u' brought into [0, 1], and the sign of its slope.
+    #[inline]
+    fn fold(self, u: f32) -> (f32, f32) {
+        match self {
+            Self::Repeat => (u - u.floor(), 1.0),
+            Self::Mirror => {
+                let t = u - 2.0 * (0.5 * u).floor();
+                if t > 1.0 { (2.0 - t, -1.0) } else { (t, 1.0) }
+            }
+            Self::Clamp => (u.clamp(0.0, 1.0), if (0.0..=1.0).contains(&u) { 1.0 } else { 0.0 }),
+        }
+    }
+
+    #[inline]
+    fn span(self, u: f32, size: usize) -> Span {
+        let (u, sign) = self.fold(u);
+        let x = u * size as f32 - 0.5;
+        let floor = x.floor();
+        // floor is within [-1, size - 1]; u and size are finite.
+        let (last, i) = (size as isize - 1, floor as isize);
+        let (first, second) = match self {
+            Self::Repeat => (if i < 0 { last } else { i.min(last) }, if i >= last { 0 } else { i + 1 }),
+            Self::Mirror | Self::Clamp => (i.clamp(0, last), (i + 1).min(last)),
+        };
+        Span { first: first as usize, second: second as usize, fraction: x - floor, slope: sign * size as f32 }
+    }
+
+    #[inline]
+    fn nearest(self, u: f32, size: usize) -> usize {
+        let (u, _) = self.fold(u);
+        ((u * size as f32) as usize).min(size - 1)
+    }
+}
+
+impl Bitmap {
+    /// The value, linear Rec.709; a grey picture has equal channels.
+    #[inline]
+    fn lookup(&self, uv: Vec2) -> Spectrum {
+        let t = &*self.texels;
+        let uv = self.finite(uv);
+        match self.filter {
+            FilterMode::Nearest => t.texel(self.wrap.nearest(uv.x, t.width()), self.wrap.nearest(uv.y, t.height())),
+            FilterMode::Bilinear => {
+                let (x, y) = (self.wrap.span(uv.x, t.width()), self.wrap.span(uv.y, t.height()));
+                let row = |j: usize| Spectrum::lerp(x.fraction, t.texel(x.first, j), t.texel(x.second, j));
+                Spectrum::lerp(y.fraction, row(y.first), row(y.second))
+            }
+        }
+    }
+
+    /// (u', v'); coordinates that are not numbers are taken as zero.
+    #[inline]
+    fn finite(&self, uv: Vec2) -> Vec2 {
+        let uv = self.to_uv.apply(uv);
+        if uv.is_finite() { uv } else { Vec2::ZERO }
+    }
+
+    /// The value at x.
+    #[inline]
+    pub fn eval(&self, x: &TextureContext, _wl: &Wavelengths) -> Spectrum {
+        self.lookup(x.uv)
+    }
+
+    /// The luminance at x.
+    #[inline]
+    pub fn eval_scalar(&self, x: &TextureContext) -> f32 {
+        self.texels.scalar(self.lookup(x.uv))
+    }
+
+    /// (∂/∂u, ∂/∂v) of the luminance at x: zero where the nearest texel is taken.
+    pub fn eval_gradient(&self, x: &TextureContext) -> Vec2 {
+        self.gradient(x.uv)
+    }
+
+    fn gradient(&self, uv: Vec2) -> Vec2 {
+        if self.filter == FilterMode::Nearest {
+            return Vec2::ZERO;
+        }
+        let t = &*self.texels;
+        let uv = self.finite(uv);
+        let (x, y) = (self.wrap.span(uv.x, t.width()), self.wrap.span(uv.y, t.height()));
+        let f = |i, j| t.scalar(t.texel(i, j));
+        let (f00, f10) = (f(x.first, y.first), f(x.second, y.first));
+        let (f01, f11) = (f(x.first, y.second), f(x.second, y.second));
+        let along_x = (1.0 - y.fraction) * (f10 - f00) + y.fraction * (f11 - f01);
+        let along_y = (1.0 - x.fraction) * (f01 - f00) + x.fraction * (f11 - f10);
+        self.to_uv.pull_back(Vec2::new(x.slope * along_x, y.slope * along_y))
+    }
+
+    /// The mean of all texels.
+    pub fn mean(&self, _scene: &Scene) -> Spectrum {
+        self.texels.mean()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue_image::Image;
+    use glam::{DMat4, DVec3};
+    use etendue_numerics::Transform;
+
+    const W: usize = 4;
+    const H: usize = 3;
+
+    fn data() -> Vec<f32> {
+        (0..W * H).map(|i| ((i * 7 + 3) % 11) as f32 / 11.0).collect()
+    }
+
+    fn bitmap(filter: FilterMode, wrap: WrapMode, to_uv: UvMap) -> Bitmap {
+        let image = Image::from_data(W, H, &["Y"], data()).unwrap();
+        Bitmap { texels: Arc::new(Texels::new(image, false).unwrap()), filter, wrap, to_uv }
+    }
+
+    /// The same by integer indices of an endless lattice.
+    fn by_hand(u: f32, v: f32, wrap: WrapMode) -> f32 {
+        let fold = |i: i64, n: i64| match wrap {
+            WrapMode::Repeat => i.rem_euclid(n),
+            WrapMode::Clamp => i.clamp(0, n - 1),
+            WrapMode::Mirror => {
+                let m = i.rem_euclid(2 * n);
+                if m < n { m } else { 2 * n - 1 - m }
+            }
+        };
+        let at = |i: i64, j: i64| f64::from(data()[(fold(j, H as i64) * W as i64 + fold(i, W as i64)) as usize]);
+        let (x, y) = (f64::from(u) * W as f64 - 0.5, f64::from(v) * H as f64 - 0.5);
+        let (i, j) = (x.floor() as i64, y.floor() as i64);
+        let (fx, fy) = (x - x.floor(), y - y.floor());
+        let row = |j| (1.0 - fx) * at(i, j) + fx * at(i + 1, j);
+        ((1.0 - fy) * row(j) + fy * row(j + 1)) as f32
+    }
+
+    fn grid() -> impl Iterator<Item = (f32, f32)> {
+        (0..67).flat_map(|i| (0..61).map(move |j| (i as f32 * 0.0937 - 3.1, j as f32 * 0.1013 - 2.9)))
+    }
+
+    #[test]
+    fn bilinear_values_follow_the_lattice_in_every_wrap_mode() {
+        for wrap in [WrapMode::Repeat, WrapMode::Mirror, WrapMode::Clamp] {
+            let t = bitmap(FilterMode::Bilinear, wrap, UvMap::default());
+            for (u, v) in grid() {
+                let (got, want) = (t.lookup(Vec2::new(u, v)).0.x, by_hand(u, v, wrap));
+                assert!((got - want).abs() < 1e-5, "{wrap:?} ({u}, {v}): {got}, expected {want}");
+            }
+        }
+    }
+
+    #[test]
+    fn texel_centres_give_the_texels_and_the_first_row_is_at_v_0() {
+        for filter in [FilterMode::Bilinear, FilterMode::Nearest] {
+            let t = bitmap(filter, WrapMode::Repeat, UvMap::default());
+            for (i, want) in data().into_iter().enumerate() {
+                let uv = Vec2::new((i % W) as f32 + 0.5, (i / W) as f32 + 0.5) / Vec2::new(W as f32, H as f32);
+                assert!((t.lookup(uv).0.x - want).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn gradients_are_those_of_the_values() {
+        let m = DMat4::from_rotation_z(0.4) * DMat4::from_scale(DVec3::new(1.5, 0.7, 1.0));
+        let to_uv = UvMap::from(&Transform::new(m).unwrap());
+        for wrap in [WrapMode::Repeat, WrapMode::Mirror, WrapMode::Clamp] {
+            let t = bitmap(FilterMode::Bilinear, wrap, to_uv);
+            let h = 1.0 / 512.0;
+            for (u, v) in grid() {
+                let f = |u: f32, v: f32| t.lookup(Vec2::new(u, v)).0.x;
+                let numeric = Vec2::new(f(u + h, v) - f(u - h, v), f(u, v + h) - f(u, v - h)) / (2.0 * h);
+                // A texel border within the stencil makes the two differ: compare where none is.
+                let smooth = (f(u + h, v) + f(u - h, v) - 2.0 * f(u, v)).abs() < 1e-6
+                    && (f(u, v + h) + f(u, v - h) - 2.0 * f(u, v)).abs() < 1e-6;
+                let got = t.gradient(Vec2::new(u, v));
+                assert!(!smooth || (got - numeric).length() < 2e-3, "{wrap:?} ({u}, {v}): {got}, expected {numeric}");
+            }
+        }
+    }
+
+    #[test]
+    fn wild_coordinates_give_finite_values() {
+        for wrap in [WrapMode::Repeat, WrapMode::Mirror, WrapMode::Clamp] {
+            for filter in [FilterMode::Bilinear, FilterMode::Nearest] {
+                let t = bitmap(filter, wrap, UvMap::default());
+                for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, -1e-30, 1e30, -0.0, 1.0, 2.0] {
+                    assert!(t.lookup(Vec2::new(x, 0.3)).is_finite() && t.lookup(Vec2::new(0.3, x)).is_finite(), "{x} {wrap:?}");
+                    assert!(t.gradient(Vec2::new(x, x)).is_finite());
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Two values in alternating squares.
+//!
+//! ```text
+//! t(u, v) = color0   where frac u' > 1/2 agrees with frac v' > 1/2
+//!           color1   elsewhere                                            (u', v') = to_uv(u, v)
+//! ```
+//!
+//! A period of 1 in u' and v' holds two squares each way. Defaults: `color0` 0.4, `color1` 0.2.
+
+use crate::scene::Scene;
+use crate::texture::{ColorSlot, TextureContext, UvMap};
+use etendue_numerics::{Spectrum, Vec2, Wavelengths};
+
+/// The parameters of a checkerboard.
+#[derive(Clone, Copy, Debug)]
+pub struct Checkerboard {
+    /// Values of the squares; the first holds (u', v') = (0, 0).
+    pub color: [ColorSlot; 2],
+    /// From (u, v) to (u', v').
+    pub to_uv: UvMap,
+}
+
+impl Checkerboard {
+    /// Which of the two values lies at `uv`.
+    #[inline]
+    fn square(&self, uv: Vec2) -> &ColorSlot {
+        let high = self.to_uv.apply(uv).map(|x| x - x.floor()).cmpgt(Vec2::splat(0.5));
+        &self.color[usize::from(high.x != high.y)]
+    }
+
+    /// The value at x.
+    #[inline]
+    pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        self.square(x.uv).eval(x, wl)
+    }
+
+    /// The value at x as one number.
+    #[inline]
+    pub fn eval_scalar(&self, x: &TextureContext) -> f32 {
+        self.square(x.uv).eval_scalar(x)
+    }
+
+    /// Zero: the squares are flat, and the steps between them have no gradient.
+    #[inline]
+    pub fn eval_gradient(&self, _x: &TextureContext) -> Vec2 {
+        Vec2::ZERO
+    }
+
+    /// The mean of the two values.
+    pub fn mean(&self, scene: &Scene) -> Spectrum {
+        (self.color[0].mean(scene) + self.color[1].mean(scene)) * 0.5
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::texture::Color;
+
+    #[test]
+    fn squares_alternate_and_repeat() {
+        let grey = |v| ColorSlot::Constant(Color::grey(v));
+        let to_uv = UvMap::default();
+        let board = Checkerboard { color: [grey(0.4), grey(0.2)], to_uv };
+        for (u, v, first) in [
+            (0.1, 0.1, true),
+            (0.6, 0.1, false),
+            (0.1, 0.6, false),
+            (0.6, 0.6, true),
+            (1.1, 0.1, true),
+            (-0.1, 0.1, false),
+            (0.5, 0.1, true),
+        ] {
+            assert_eq!(*board.square(Vec2::new(u, v)), board.color[usize::from(!first)], "({u}, {v})");
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Parameters that are either constant or textured, and the constant colour.
+
+use crate::ids::TextureId;
+use crate::scene::Scene;
+use crate::texture::TextureContext;
+use etendue_numerics::{Spectrum, Vec2, Wavelengths};
+
+/// A colour that does not vary: linear Rec.709. Spectral mode will add its coefficients here.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Color {
+    rgb: Spectrum,
+}
+
+impl Color {
+    /// Nothing.
+    pub const BLACK: Self = Self::grey(0.0);
+
+    /// Linear Rec.709.
+    #[inline]
+    pub const fn rgb(r: f32, g: f32, b: f32) -> Self {
+        Self { rgb: Spectrum::rgb(r, g, b) }
+    }
+
+    /// The same value in each channel.
+    #[inline]
+    pub const fn grey(x: f32) -> Self {
+        Self::rgb(x, x, x)
+    }
+
+    /// The value at the wavelengths of `wl`.
+    #[inline]
+    pub fn at(&self, _wl: &Wavelengths) -> Spectrum {
+        self.rgb
+    }
+
+    /// The linear Rec.709 channels.
+    #[inline]
+    pub fn to_rgb(&self) -> [f32; 3] {
+        self.rgb.to_rgb()
+    }
+
+    /// The mean of the three channels: a colour where one number is asked for.
+    #[inline]
+    pub fn average(&self) -> f32 {
+        let [r, g, b] = self.to_rgb();
+        // Of a grey exactly the grey.
+        if r == g && g == b { r } else { (r + g + b) / 3.0 }
+    }
+
+    /// The colour everywhere.
+    #[inline]
+    pub fn eval(&self, _x: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        self.at(wl)
+    }
+
+    /// Its average.
+    #[inline]
+    pub fn eval_scalar(&self, _x: &TextureContext) -> f32 {
+        self.average()
+    }
+
+    /// Zero.
+    #[inline]
+    pub fn eval_gradient(&self, _x: &TextureContext) -> Vec2 {
+        Vec2::ZERO
+    }
+
+    /// The colour.
+    pub fn mean(&self, _scene: &Scene) -> Spectrum {
+        self.rgb
+    }
+}
+
+/// A colour-valued parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ColorSlot {
+    /// The same everywhere.
+    Constant(Color),
+    /// By a texture.
+    Texture(TextureId),
+}
+
+impl ColorSlot {
+    /// The value at x.
+    #[inline]
+    pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        match self {
+            Self::Constant(c) => c.at(wl),
+            Self::Texture(id) => x.scene.textures[id.index()].eval(x, wl),
+        }
+    }
+
+    /// The value at x as one number.
+    #[inline]
+    pub fn eval_scalar(&self, x: &TextureContext) -> f32 {
+        match self {
+            Self::Constant(c) => c.average(),
+            Self::Texture(id) => x.scene.textures[id.index()].eval_scalar(x),
+        }
+    }
+
+    /// The mean over the texture's domain, linear Rec.709.
+    pub fn mean(&self, scene: &Scene) -> Spectrum {
+        match self {
+            Self::Constant(c) => c.mean(scene),
+            Self::Texture(id) => scene.textures[id.index()].mean(scene),
+        }
+    }
+}
+
+/// A number-valued parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ScalarSlot {
+    /// The same everywhere.
+    Constant(f32),
+    /// By a texture.
+    Texture(TextureId),
+}
+
+impl ScalarSlot {
+    /// The value at x.
+    #[inline]
+    pub fn eval(&self, x: &TextureContext) -> f32 {
+        match self {
+            Self::Constant(v) => *v,
+            Self::Texture(id) => x.scene.textures[id.index()].eval_scalar(x),
+        }
+    }
+
+    /// The mean over the texture's domain.
+    pub fn mean(&self, scene: &Scene) -> f32 {
+        match self {
+            Self::Constant(v) => *v,
+            Self::Texture(id) => scene.textures[id.index()].mean(scene).luminance(),
+        }
+    }
+}

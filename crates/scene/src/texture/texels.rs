@@ -1,0 +1,232 @@
+//! The numbers of a picture in memory: as small as they can be without loss.
+//!
+//! | stored as | when | bytes a number |
+//! | --- | --- | --- |
+//! | code values of eight bits and a table of 256 lights | the file has eight bits and Rec.709 primaries | 1 |
+//! | half precision | every decoded value is one exactly | 2 |
+//! | f32 | else | 4 |
+//!
+//! One number a texel for grey pictures, three for coloured ones; alpha is left out. Decoded values are linear Rec.709, or the code values
+//! themselves divided by their maximum where a picture is `raw`.
+
+use etendue_image::{Depth, Image, Primaries, Transfer};
+use etendue_numerics::Spectrum;
+
+/// Texels, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Texels {
+    width: usize,
+    height: usize,
+    grey: bool,
+    decoded: bool,
+    /// Numbers that were not finite and are zero now.
+    pub(crate) mended: usize,
+    data: Data,
+}
+
+#[derive(Clone, Debug)]
+enum Data {
+    /// Code values and the light of each.
+    Bytes(Vec<u8>, Box<[f32; 256]>),
+    /// Bits of binary16.
+    Halves(Vec<u16>),
+    Floats(Vec<f32>),
+}
+
+impl Texels {
+    /// The texels of a picture, decoded to linear Rec.709 unless `raw`; `None` where its channels are neither grey nor a colour.
+    pub fn new(image: Image, raw: bool) -> Option<Self> {
+        let places: Vec<usize> = match (image.channel("R"), image.channel("G"), image.channel("B")) {
+            (Some(r), Some(g), Some(b)) => vec![r, g, b],
+            _ => vec![image.channel("Y").or((image.channel_count() == 1).then_some(0))?],
+        };
+        let (width, height, encoding) = (image.width(), image.height(), image.encoding());
+        let grey = places.len() == 1;
+        let transfer = if raw { Transfer::Linear } else { encoding.transfer };
+        let rec709 = encoding.primaries.same_as(&Primaries::REC709);
+        let mut mended = 0;
+        let data = if encoding.depth == Depth::Unorm8 && (raw || grey || rec709) {
+            let bytes = pick(&image, &places).map(|v| (v * 255.0).round() as u8).collect();
+            Data::Bytes(bytes, Box::new(std::array::from_fn(|i| transfer.decode(i as f32 / 255.0))))
+        } else {
+            let image = if raw { image } else { image.into_linear() };
+            let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
+            mended = pick(&image, &places).filter(|v| !v.is_finite()).count();
+            match pick(&image, &places).map(|v| to_half(finite(v))).collect() {
+                Some(halves) => Data::Halves(halves),
+                None => Data::Floats(pick(&image, &places).map(finite).collect()),
+            }
+        };
+        let decoded = transfer != Transfer::Linear;
+        Some(Self { width, height, grey, decoded, mended, data })
+    }
+
+    /// Columns.
+    #[inline]
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    #[inline]
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Whether there is one number a texel.
+    pub fn is_grey(&self) -> bool {
+        self.grey
+    }
+
+    /// Whether code values went through a curve to become light.
+    pub fn is_decoded(&self) -> bool {
+        self.decoded
+    }
+
+    /// Bytes of the texels in memory.
+    pub fn bytes(&self) -> usize {
+        match &self.data {
+            Data::Bytes(d, _) => d.len() + 1024,
+            Data::Halves(d) => 2 * d.len(),
+            Data::Floats(d) => 4 * d.len(),
+        }
+    }
+
+    /// The texel of column `x` and row `y`, both within the picture.
+    #[inline]
+    pub fn texel(&self, x: usize, y: usize) -> Spectrum {
+        let i = y * self.width + x;
+        let read = |i: usize| match &self.data {
+            Data::Bytes(d, light) => light[usize::from(d[i])],
+            Data::Halves(d) => from_half(d[i]),
+            Data::Floats(d) => d[i],
+        };
+        if self.grey {
+            let v = read(i);
+            return Spectrum::rgb(v, v, v);
+        }
+        let i = 3 * i;
+        match &self.data {
+            Data::Bytes(d, light) => {
+                let [r, g, b] = triple(d, i).map(|v| light[usize::from(v)]);
+                Spectrum::rgb(r, g, b)
+            }
+            Data::Halves(d) => {
+                let [r, g, b] = triple(d, i).map(from_half);
+                Spectrum::rgb(r, g, b)
+            }
+            Data::Floats(d) => {
+                let [r, g, b] = triple(d, i);
+                Spectrum::rgb(r, g, b)
+            }
+        }
+    }
+
+    /// One number of a value looked up here: the luminance of a coloured one.
+    #[inline]
+    pub fn scalar(&self, value: Spectrum) -> f32 {
+        if self.grey { value.0.x } else { value.luminance() }
+    }
+
+    /// The mean of all texels, summed in f64.
+    pub fn mean(&self) -> Spectrum {
+        let mut sum = [0f64; 3];
+        for y in 0..self.height {
+            for x in 0..self.width {
+                for (s, v) in sum.iter_mut().zip(self.texel(x, y).to_rgb()) {
+                    *s += f64::from(v);
+                }
+            }
+        }
+        let n = (self.width * self.height).max(1) as f64;
+        let [r, g, b] = sum.map(|s| (s / n) as f32);
+        Spectrum::rgb(r, g, b)
+    }
+
+    /// The largest number, where one exceeds 1.
+    pub(crate) fn exceeds_one(&self) -> Option<f32> {
+        let most = match &self.data {
+            Data::Bytes(..) => return None,
+            Data::Halves(d) => d.iter().map(|&h| from_half(h)).fold(0.0, f32::max),
+            Data::Floats(d) => d.iter().copied().fold(0.0, f32::max),
+        };
+        (most > 1.0).then_some(most)
+    }
+}
+
+fn pick<'a>(image: &'a Image, places: &'a [usize]) -> impl Iterator<Item = f32> + 'a {
+    image.pixels().flat_map(move |p| places.iter().map(move |&i| p[i]))
+}
+
+#[inline]
+fn triple<T: Copy>(data: &[T], i: usize) -> [T; 3] {
+    let d = &data[i..i + 3];
+    [d[0], d[1], d[2]]
+}
+
+/// 2¹¹², the ratio of the two formats' exponent biases.
+const BIAS: f32 = f32::from_bits((127 + 112) << 23);
+
+/// The number of a finite binary16.
+#[inline]
+fn from_half(h: u16) -> f32 {
+    let magnitude = f32::from_bits(u32::from(h & 0x7fff) << 13) * BIAS;
+    f32::from_bits(magnitude.to_bits() | u32::from(h & 0x8000) << 16)
+}
+
+/// The binary16 that is exactly `v`, if there is one.
+fn to_half(v: f32) -> Option<u16> {
+    let magnitude = (v.abs() / BIAS).to_bits();
+    let h = (magnitude >> 13) as u16 | ((v.to_bits() >> 16) as u16 & 0x8000);
+    (magnitude >> 13 < 0x7c00 && from_half(h).to_bits() == v.to_bits()).then_some(h)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use etendue_image::Encoding;
+
+    #[test]
+    fn every_finite_half_goes_there_and_back() {
+        assert_eq!(from_half(0x3c00), 1.0);
+        assert_eq!(from_half(0x0001), 2f32.powi(-24));
+        assert_eq!(from_half(0x7bff), 65504.0);
+        for h in (0..=u16::MAX).filter(|h| h & 0x7c00 != 0x7c00) {
+            assert_eq!(to_half(from_half(h)), Some(h));
+        }
+        for v in [0.1, 65536.0, 1e-9, 1.0 + f32::EPSILON] {
+            assert_eq!(to_half(v), None, "{v} is no half");
+        }
+    }
+
+    #[test]
+    fn storage_is_the_smallest_without_loss() {
+        let bytes: Vec<f32> = (0..12).map(|i| (i * 20) as f32 / 255.0).collect();
+        let names = ["R", "G", "B", "A"];
+        let image = Image::from_data(3, 1, &names, bytes.clone()).unwrap().with_encoding(Encoding::SRGB);
+        let (srgb, raw) = (Texels::new(image.clone(), false).unwrap(), Texels::new(image, true).unwrap());
+        assert_eq!(srgb.bytes(), 9 + 1024);
+        for x in 0..3 {
+            for c in 0..3 {
+                assert_eq!(srgb.texel(x, 0)[c], etendue_image::srgb_to_linear(bytes[4 * x + c]));
+                assert_eq!(raw.texel(x, 0)[c], bytes[4 * x + c]);
+            }
+        }
+        let halves = Texels::new(Image::from_data(2, 1, &["Y"], vec![0.5, 1024.0]).unwrap(), false).unwrap();
+        assert_eq!((halves.bytes(), halves.texel(1, 0).to_rgb(), halves.is_grey()), (4, [1024.0; 3], true));
+        let floats = Texels::new(Image::from_data(2, 1, &["Y"], vec![0.5, 0.1]).unwrap(), false).unwrap();
+        assert_eq!((floats.bytes(), floats.texel(1, 0).0.x, floats.mean().0.x), (8, 0.1, 0.3));
+    }
+
+    #[test]
+    fn texels_that_are_no_numbers_are_mended_and_counted() {
+        let data = vec![f32::NAN, 1.0, f32::INFINITY, 0.25];
+        let t = Texels::new(Image::from_data(2, 2, &["Y"], data).unwrap(), false).unwrap();
+        assert_eq!((t.mended, t.texel(0, 0).0.x, t.texel(1, 1).0.x, t.exceeds_one()), (2, 0.0, 0.25, None));
+    }
+
+    #[test]
+    fn unknown_channels_are_no_texture() {
+        assert!(Texels::new(Image::from_data(1, 1, &["depth", "id"], vec![0.0; 2]).unwrap(), false).is_none());
+    }
+}
