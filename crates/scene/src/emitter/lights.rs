@@ -1,46 +1,267 @@
-//! How to choose among the emitters.
+//! How to choose among the lights of a scene.
+//!
+//! ```text
+//! p(wi | x) = P(tree | x) P(light | x, tree) p_light(wi | x)          lights in the scene
+//! p(wi | x) = Σ_k P(k | x) p_k(wi | x)                               surroundings, taken together
+//! P(tree | x) = 1/2 · 1/(n + 1) + 1/2 · E_tree / (E_tree + Σ E_k)     n distant lights
+//! ```
+//!
+//! E_k is the irradiance of distant light k, E_tree what the lights in the scene could give at x by their bounds. Half of the choice is even, for
+//! what either can see is not known here: a sun is no use indoors. Several surroundings are one light of their summed radiance.
+//!
+//! For light that sets out, primitives are chosen with probability ∝ Φ.
 
-use super::{LightReference, LightSample};
+use super::record::{EmissionPdf, EmissionSample, LightId, LightReference, LightSample};
+use super::tree::LightTree;
+use super::{Extent, Light, LightBounds, scalar};
 use crate::ids::EmitterId;
 use crate::interaction::Interaction;
 use crate::scene::Scene;
-use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_numerics::math::ONE_MINUS_EPSILON;
+use etendue_numerics::sequence::{mix, unit};
+use etendue_numerics::table::Table1D;
+use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths};
+
+/// A light at infinity.
+#[derive(Clone, Copy, Debug)]
+struct Distant {
+    emitter: EmitterId,
+    /// E on a surface that faces it, times the sampling weight, W/m².
+    irradiance: f32,
+    /// The direction towards it, if it has only one.
+    from: Option<Vec3>,
+}
 
 /// The light sampler.
 #[derive(Clone, Debug, Default)]
 pub struct Lights {
+    /// Surroundings, sampled or not.
     environments: Vec<EmitterId>,
+    distant: Vec<Distant>,
+    /// The primitives that the tree chooses among.
+    primitives: Vec<LightId>,
+    /// For each emitter its first primitive among them.
+    first: Vec<Option<u32>>,
+    tree: LightTree,
+    /// All primitives and distant lights, and the choice among them by flux.
+    emitting: Vec<LightId>,
+    by_flux: Option<Table1D>,
+    first_emitting: Vec<u32>,
+    power: Spectrum,
 }
 
 impl Lights {
     /// The sampler of all emitters of `scene`, whose own `lights` are not looked at.
-    pub fn new(_scene: &Scene) -> Self {
-        Self::default()
+    pub fn new(scene: &Scene) -> Self {
+        let mut lights = Self::default();
+        let (mut bounds, mut flux): (Vec<LightBounds>, Vec<f32>) = (Vec::new(), Vec::new());
+        for (i, emitter) in scene.emitters.iter().enumerate() {
+            let id = EmitterId(i as u32);
+            lights.first_emitting.push(lights.emitting.len() as u32);
+            lights.first.push(None);
+            for primitive in 0..emitter.model.primitive_count(scene) {
+                let light = LightId { emitter: id, primitive };
+                let power = emitter.model.power_of(scene, primitive);
+                lights.emitting.push(light);
+                flux.push(scalar(power));
+                match emitter.model.extent(scene, primitive) {
+                    Extent::Bounded(b) => {
+                        lights.first[i].get_or_insert(lights.primitives.len() as u32);
+                        lights.primitives.push(light);
+                        bounds.push(LightBounds { intensity: b.intensity * emitter.sampling_weight, ..b });
+                    }
+                    Extent::Distant { irradiance, from } => {
+                        if from.is_none() {
+                            lights.environments.push(id);
+                        }
+                        let irradiance = irradiance * emitter.sampling_weight;
+                        if irradiance > 0.0 {
+                            lights.distant.push(Distant { emitter: id, irradiance, from });
+                        }
+                    }
+                    Extent::Unseen => {}
+                }
+            }
+            lights.power += emitter.model.power(scene);
+        }
+        lights.tree = LightTree::new(&bounds);
+        lights.by_flux = (!flux.is_empty()).then(|| Table1D::new(&flux));
+        lights
     }
 
-    /// The emitters that surround the scene.
+    /// The emitters that surround the scene: what a ray that meets nothing sees.
+    #[inline]
     pub fn environments(&self) -> &[EmitterId] {
         &self.environments
     }
 
-    /// Whether nothing emits.
+    /// Whether no light can be sampled from a point.
     pub fn is_empty(&self) -> bool {
-        true
+        self.distant.is_empty() && self.tree.is_empty()
     }
 
-    /// Density at `from`, 1/sr, of choosing the emitting point `x`.
-    pub fn pdf(&self, _scene: &Scene, _from: &LightReference, _x: &Interaction) -> f32 {
-        0.0
+    /// Flux Φ of all emitters, W.
+    pub fn power(&self) -> Spectrum {
+        self.power
     }
 
-    /// Density at `from`, 1/sr, of choosing the direction `wi` of the surroundings.
-    pub fn pdf_escaped(&self, _scene: &Scene, _from: &LightReference, _wi: Vec3) -> f32 {
-        0.0
+    /// Density at `from`, 1/sr, with which [`Lights::sample`] chooses the emitting point `x`; zero where x does not emit.
+    pub fn pdf(&self, scene: &Scene, from: &LightReference, x: &Interaction) -> f32 {
+        let Some(id) = self.light_at(scene, x) else { return 0.0 };
+        let Some(first) = self.first[id.emitter.index()] else { return 0.0 };
+        let chosen = self.tree.probability(from, (first + id.primitive) as usize);
+        if chosen == 0.0 {
+            return 0.0;
+        }
+        self.tree_share(from) * chosen * scene.emitter(id.emitter).model.pdf(scene, from, id, x)
     }
 
-    /// A point on a light.
-    pub fn sample(&self, _: &Scene, _from: &LightReference, _u_light: f32, _u: Vec2, _wl: &Wavelengths) -> Option<LightSample> {
-        let _ = Spectrum::ZERO;
-        None
+    /// Density at `from`, 1/sr, with which [`Lights::sample`] chooses the direction `wi` of the surroundings.
+    pub fn pdf_escaped(&self, scene: &Scene, from: &LightReference, wi: Vec3) -> f32 {
+        let surroundings = || self.distant.iter().filter(|d| d.from.is_none());
+        let density: f32 = match &self.distant[..] {
+            [only] => surroundings().map(|_| scene.emitter(only.emitter).model.pdf_escaped(from, wi)).sum(),
+            _ => {
+                let total = self.distant_irradiance(from);
+                surroundings().map(|d| d.weight(from) / total * scene.emitter(d.emitter).model.pdf_escaped(from, wi)).sum()
+            }
+        };
+        if density > 0.0 { density * (1.0 - self.tree_share(from)) } else { 0.0 }
+    }
+
+    /// A point on a light for `from`: `u_light` chooses the light, `u` the point on it; `None` where no light can arrive.
+    pub fn sample(&self, scene: &Scene, from: &LightReference, u_light: f32, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        // A tree of many lights asks for more digits than `u_light` has. The rest is scrambled out of `u`.
+        let digits = unit(mix(u64::from(u.x.to_bits()) << 32 | u64::from(u.y.to_bits())) as u32);
+        let u_light = f64::from(u_light) + f64::from(digits) * (0.5f64).powi(24);
+
+        let tree_share = self.tree_share(from);
+        if u_light < f64::from(tree_share) {
+            let (i, chosen) = self.tree.sample(from, u_light / f64::from(tree_share))?;
+            let id = self.primitives[i];
+            let sample = scene.emitter(id.emitter).model.sample(scene, from, id, u, wl)?;
+            Some(LightSample { pdf: times(sample.pdf, tree_share * chosen), ..sample })
+        } else {
+            let share = 1.0 - tree_share;
+            let rest = (u_light - f64::from(tree_share)) / f64::from(share);
+            self.sample_distant(scene, from, rest, share, u, wl)
+        }
+    }
+
+    fn sample_distant(
+        &self,
+        scene: &Scene,
+        from: &LightReference,
+        u_light: f64,
+        share: f32,
+        u: Vec2,
+        wl: &Wavelengths,
+    ) -> Option<LightSample> {
+        // Which one.
+        let total = self.distant_irradiance(from);
+        let mut rest = (u_light * f64::from(total)) as f32;
+        let mut chosen = None;
+        for d in &self.distant {
+            let weight = d.weight(from);
+            if weight > 0.0 {
+                chosen = Some((d, weight / total));
+                if rest < weight {
+                    break;
+                }
+                rest -= weight;
+            }
+        }
+        let (distant, probability) = chosen?;
+
+        let id = LightId { emitter: distant.emitter, primitive: 0 };
+        let sample = scene.emitter(id.emitter).model.sample(scene, from, id, u, wl)?;
+        if sample.pdf.is_delta() || self.distant.len() == 1 && self.environments.len() == 1 {
+            return Some(LightSample { pdf: times(sample.pdf, share * probability), ..sample });
+        }
+        // Any of the surroundings could have given this direction, and all of them shine from it.
+        let le: Spectrum = self.environments.iter().map(|e| scene.emitter(*e).le_escaped(scene, sample.wi, wl)).sum();
+        Some(LightSample { le, pdf: Pdf::SolidAngle(self.pdf_escaped(scene, from, sample.wi)), ..sample })
+    }
+
+    /// The densities with which [`Lights::sample_emission`] lets light leave `x` towards `x.wo`; the choice of the light is in the density by area.
+    pub fn pdf_emission(&self, scene: &Scene, x: &Interaction) -> EmissionPdf {
+        let Some(id) = self.light_at(scene, x) else { return EmissionPdf::ZERO };
+        let pdf = scene.emitter(id.emitter).model.pdf_emission(scene, id, x);
+        EmissionPdf { position: pdf.position.times(self.flux_share(id)), ..pdf }
+    }
+
+    /// The same for light of `emitter`, one of the surroundings, that comes from the direction `wi`.
+    pub fn pdf_emission_escaped(&self, scene: &Scene, emitter: EmitterId, wi: Vec3) -> EmissionPdf {
+        let pdf = scene.emitter(emitter).model.pdf_emission_escaped(scene, wi);
+        EmissionPdf { position: pdf.position.times(self.flux_share(LightId { emitter, primitive: 0 })), ..pdf }
+    }
+
+    /// A ray that sets out from a light, chosen by `u_light` with probability ∝ Φ. The choice is in the density by area and in the weight.
+    pub fn sample_emission(
+        &self,
+        scene: &Scene,
+        u_light: f32,
+        u_position: Vec2,
+        u_direction: Vec2,
+        wl: &Wavelengths,
+    ) -> Option<EmissionSample> {
+        let (i, chosen, _) = self.by_flux.as_ref()?.sample_discrete(u_light.min(ONE_MINUS_EPSILON));
+        let id = *self.emitting.get(i)?;
+        let sample = scene.emitter(id.emitter).model.sample_emission(scene, id, u_position, u_direction, wl)?;
+        let pdf = EmissionPdf { position: sample.pdf.position.times(chosen), ..sample.pdf };
+        Some(EmissionSample { pdf, weight: sample.weight / chosen, ..sample })
+    }
+
+    /// The light primitive at x, if x emits.
+    fn light_at(&self, scene: &Scene, x: &Interaction) -> Option<LightId> {
+        let emitter = scene.surface(x.surface).emitter?;
+        // Lights of one piece may be more than one triangle.
+        let count = scene.emitter(emitter).model.primitive_count(scene);
+        Some(LightId { emitter, primitive: if count == 1 { 0 } else { x.primitive } })
+    }
+
+    fn flux_share(&self, id: LightId) -> f32 {
+        let i = (self.first_emitting[id.emitter.index()] + id.primitive) as usize;
+        self.by_flux.as_ref().map_or(0.0, |table| table.probability(i))
+    }
+
+    /// P(tree | x).
+    fn tree_share(&self, from: &LightReference) -> f32 {
+        if self.distant.is_empty() {
+            return 1.0;
+        }
+        let tree = if self.tree.is_empty() { 0.0 } else { self.tree.irradiance(from) };
+        if tree <= 0.0 {
+            return 0.0;
+        }
+        let distant = self.distant_irradiance(from);
+        if distant <= 0.0 {
+            return 1.0;
+        }
+        0.5 / (self.distant.len() as f32 + 1.0) + 0.5 * tree / (tree + distant)
+    }
+
+    fn distant_irradiance(&self, from: &LightReference) -> f32 {
+        self.distant.iter().map(|d| d.weight(from)).sum()
+    }
+}
+
+impl Distant {
+    /// How often it is chosen at `from`, relative to others: its irradiance there, not quite down to zero where it grazes the surface, for bumps may
+    /// lean towards it.
+    fn weight(&self, from: &LightReference) -> f32 {
+        let cos = match self.from {
+            Some(wi) if from.n != Vec3::ZERO => from.n.dot(wi),
+            _ => 1.0,
+        };
+        let cos = if from.one_sided { cos } else { cos.abs() };
+        if cos > 0.0 { self.irradiance * cos.max(0.05) } else { 0.0 }
+    }
+}
+
+fn times(pdf: Pdf, probability: f32) -> Pdf {
+    match pdf {
+        Pdf::SolidAngle(p) => Pdf::SolidAngle(p * probability),
+        Pdf::Delta(p) => Pdf::Delta(p * probability),
     }
 }

@@ -1,70 +1,226 @@
 //! Le: where light comes from, and the questions asked of it.
+//!
+//! | question | of a point that sees the light | of light that sets out |
+//! | --- | --- | --- |
+//! | how much? | `le`, `le_escaped`: radiance Le, W/(m² sr) | the same Le |
+//! | how likely was that? | `pdf`, `pdf_escaped`, 1/sr | `pdf_emission`: 1/m² and 1/sr |
+//! | pick one | `sample` → [`LightSample`] | `sample_emission` → [`EmissionSample`] |
+//! | all in all | `extent`: bounds for the light sampler | `power`: flux Φ, W |
+//!
+//! Every model answers the questions of [`Light`], in this order. An emitter is made of *light primitives* ([`LightId`]): the
+//! triangles of an emitting mesh, or one for the whole. [`Lights`] chooses among them; densities of single lights do not hold that choice,
+//! those of `Lights` do. Discrete choices (the only direction to a point, the only direction of a distant light) are a variant of
+//! the density's type, never a large number. Lights emit on the front of surfaces: the side that the geometric normal points to.
 
+mod area;
+mod constant;
+mod directional;
+mod directional_area;
+mod envmap;
+mod extent;
 mod lights;
+mod point;
+mod projector;
+mod record;
+mod spot;
+mod tree;
 
+pub use area::Area;
+pub use constant::Constant;
+pub use directional::Directional;
+pub use directional_area::DirectionalArea;
+pub use envmap::Environment;
+pub use extent::{Extent, LightBounds};
 pub use lights::Lights;
+pub use point::Point;
+pub use projector::Projector;
+pub use record::{EmissionPdf, EmissionSample, LightId, LightReference, LightSample, PositionPdf};
+pub use spot::Spot;
 
-use crate::ids::EmitterId;
 use crate::interaction::Interaction;
 use crate::scene::Scene;
-use etendue_numerics::{Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_description::NodeId;
+use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
 
-/// Where light is asked for: a point, and what is known of the surface there.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightReference {
-    /// The point.
-    pub p: Vec3,
-    /// Unit shading normal, or zero where there is none (a point of a medium).
-    pub n: Vec3,
-    /// Whether light matters only on the side that `n` points to.
-    pub one_sided: bool,
-}
-
-impl From<&Interaction> for LightReference {
-    fn from(x: &Interaction) -> Self {
-        Self { p: x.p, n: x.shading.n, one_sided: false }
+/// What every light answers. `id` is the light primitive that is asked; models of one piece look at its emitter only.
+pub trait Light {
+    /// Le(x → `x.wo`), W/(m² sr), of the emitting surface at x; zero for lights that are no surfaces.
+    fn le(&self, _scene: &Scene, _x: &Interaction, _wl: &Wavelengths) -> Spectrum {
+        Spectrum::ZERO
     }
-}
 
-/// A point of a light as seen from a [`LightReference`]: contribution = f |cosθ| `le` / `pdf.value()`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LightSample {
-    /// Unit direction towards the light.
-    pub wi: Vec3,
-    /// The point on the light.
-    pub p: Vec3,
-    /// Its distance; infinite for the surroundings.
-    pub distance: f32,
-    /// Radiance, W/(m² sr); irradiance, W/m², for lights without area or of one direction.
-    pub le: Spectrum,
-    /// Density, with the probability of choosing the light.
-    pub pdf: Pdf,
-    /// The light.
-    pub emitter: EmitterId,
-}
-
-impl LightSample {
-    /// The ray that tests whether the light is seen from `x`.
-    pub fn shadow_ray(&self, x: &Interaction) -> Option<Ray> {
-        if self.distance.is_finite() { x.spawn_to(self.p) } else { Some(x.spawn(self.wi)) }
+    /// Le, W/(m² sr), of the surroundings seen in the unit direction `d`; zero for all other lights.
+    fn le_escaped(&self, _d: Vec3, _wl: &Wavelengths) -> Spectrum {
+        Spectrum::ZERO
     }
+
+    /// The density, 1/sr at `from`, with which [`Light::sample`] draws the point `x` of the primitive.
+    fn pdf(&self, _scene: &Scene, _from: &LightReference, _id: LightId, _x: &Interaction) -> f32 {
+        0.0
+    }
+
+    /// The density, 1/sr at `from`, with which [`Light::sample`] draws the direction `wi` of the surroundings.
+    fn pdf_escaped(&self, _from: &LightReference, _wi: Vec3) -> f32 {
+        0.0
+    }
+
+    /// A point of the primitive, or a direction towards it, that sends light to `from`; `None` where none can.
+    fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample>;
+
+    /// The densities of [`Light::sample_emission`] for light that leaves `x` towards `x.wo`: of the primitive's point x, and of the
+    /// direction. Asked of emitting surfaces only.
+    fn pdf_emission(&self, _scene: &Scene, _id: LightId, _x: &Interaction) -> EmissionPdf {
+        EmissionPdf::ZERO
+    }
+
+    /// The same for the surroundings, for light that comes from the direction `wi`.
+    fn pdf_emission_escaped(&self, _scene: &Scene, _wi: Vec3) -> EmissionPdf {
+        EmissionPdf::ZERO
+    }
+
+    /// A ray that sets out from the primitive: `u_position` picks where, `u_direction` whereto.
+    fn sample_emission(
+        &self,
+        scene: &Scene,
+        id: LightId,
+        u_position: Vec2,
+        u_direction: Vec2,
+        wl: &Wavelengths,
+    ) -> Option<EmissionSample>;
+
+    /// Flux Φ of a primitive, W: all that is emitted. Of lights at infinity: what passes through the disk that the scene's sphere
+    /// fills, summed over directions.
+    fn power_of(&self, scene: &Scene, primitive: u32) -> Spectrum;
+
+    /// Flux Φ of all primitives, W.
+    fn power(&self, scene: &Scene) -> Spectrum {
+        let mut sum = [0f64; 4];
+        for i in 0..self.primitive_count(scene) {
+            let power = self.power_of(scene, i);
+            sum.iter_mut().enumerate().for_each(|(lane, s)| *s += f64::from(power[lane]));
+        }
+        Spectrum(sum.map(|s| s as f32).into())
+    }
+
+    /// How many light primitives.
+    fn primitive_count(&self, _scene: &Scene) -> u32 {
+        1
+    }
+
+    /// What the light sampler knows of a primitive.
+    fn extent(&self, scene: &Scene, primitive: u32) -> Extent;
 }
 
-/// A light.
+macro_rules! models {
+    ($($(#[$doc:meta])* $model:ident),* $(,)?) => {
+        /// A light of any model.
+        #[derive(Clone, Debug)]
+        pub enum Model {
+            $($(#[$doc])* $model($model),)*
+        }
+
+        $(impl From<$model> for Model {
+            fn from(model: $model) -> Self {
+                Self::$model(model)
+            }
+        })*
+
+        impl Light for Model {
+            #[inline]
+            fn le(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Spectrum {
+                match self { $(Self::$model(m) => m.le(scene, x, wl),)* }
+            }
+            #[inline]
+            fn le_escaped(&self, d: Vec3, wl: &Wavelengths) -> Spectrum {
+                match self { $(Self::$model(m) => m.le_escaped(d, wl),)* }
+            }
+            #[inline]
+            fn pdf(&self, scene: &Scene, from: &LightReference, id: LightId, x: &Interaction) -> f32 {
+                match self { $(Self::$model(m) => m.pdf(scene, from, id, x),)* }
+            }
+            #[inline]
+            fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
+                match self { $(Self::$model(m) => m.pdf_escaped(from, wi),)* }
+            }
+            #[inline]
+            fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+                match self { $(Self::$model(m) => m.sample(scene, from, id, u, wl),)* }
+            }
+            fn pdf_emission(&self, scene: &Scene, id: LightId, x: &Interaction) -> EmissionPdf {
+                match self { $(Self::$model(m) => m.pdf_emission(scene, id, x),)* }
+            }
+            fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
+                match self { $(Self::$model(m) => m.pdf_emission_escaped(scene, wi),)* }
+            }
+            fn sample_emission(
+                &self, scene: &Scene, id: LightId, u_position: Vec2, u_direction: Vec2, wl: &Wavelengths,
+            ) -> Option<EmissionSample> {
+                match self { $(Self::$model(m) => m.sample_emission(scene, id, u_position, u_direction, wl),)* }
+            }
+            fn power_of(&self, scene: &Scene, primitive: u32) -> Spectrum {
+                match self { $(Self::$model(m) => m.power_of(scene, primitive),)* }
+            }
+            fn primitive_count(&self, scene: &Scene) -> u32 {
+                match self { $(Self::$model(m) => m.primitive_count(scene),)* }
+            }
+            fn extent(&self, scene: &Scene, primitive: u32) -> Extent {
+                match self { $(Self::$model(m) => m.extent(scene, primitive),)* }
+            }
+        }
+    };
+}
+
+models! {
+    /// The front of a surface, equally bright from all directions.
+    Area,
+    /// A point.
+    Point,
+    /// A point with a cone.
+    Spot,
+    /// Parallel light from infinity.
+    Directional,
+    /// Parallel light along a surface's normals.
+    DirectionalArea,
+    /// A picture all around.
+    Environment,
+    /// The same radiance from all around.
+    Constant,
+    /// A picture thrown from a point.
+    Projector,
+}
+
+/// A light of the scene.
 #[derive(Clone, Debug)]
-pub enum Emitter {}
+pub struct Emitter {
+    /// What emits.
+    pub model: Model,
+    /// How often the light sampler chooses it, relative to what it would do; 0 leaves it to be found by scattered rays. Unitless, 1 by default.
+    pub sampling_weight: f32,
+    /// The node of the description that it came from.
+    pub node: NodeId,
+}
 
 impl Emitter {
-    /// Le(x → wo), W/(m² sr), of a surface that emits.
-    pub fn le(&self, _scene: &Scene, _x: &Interaction, _wl: &Wavelengths) -> Spectrum {
-        Spectrum::ZERO
+    /// Le(x → `x.wo`), W/(m² sr).
+    #[inline]
+    pub fn le(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Spectrum {
+        self.model.le(scene, x, wl)
     }
 
-    /// Le of the surroundings seen in the unit direction `d`.
-    pub fn le_escaped(&self, _scene: &Scene, _d: Vec3, _wl: &Wavelengths) -> Spectrum {
-        Spectrum::ZERO
+    /// Le of the surroundings seen in the unit direction `d`, W/(m² sr).
+    #[inline]
+    pub fn le_escaped(&self, _scene: &Scene, d: Vec3, wl: &Wavelengths) -> Spectrum {
+        self.model.le_escaped(d, wl)
+    }
+
+    /// Flux Φ, W.
+    pub fn power(&self, scene: &Scene) -> Spectrum {
+        self.model.power(scene)
     }
 }
 
-#[allow(dead_code)]
-fn unused(_: Vec2) {}
+/// One number for a colour where light is only weighed against light: the mean of the channels.
+pub(crate) fn scalar(s: Spectrum) -> f32 {
+    let [r, g, b] = s.to_rgb();
+    (r + g + b) / 3.0
+}

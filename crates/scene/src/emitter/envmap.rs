@@ -1,0 +1,175 @@
+//! `envmap`: a picture all around, in latitude and longitude.
+//!
+//! ```text
+//! φ = atan2(x, -z),  θ = arccos y      (x, y, z) the direction in the picture's coordinates
+//! X = W φ/2π - 1/2,  Y = (H - 1) θ/π   where in the picture: texel centres are whole numbers, the top and bottom rows are the poles
+//! Le(w) = s · bilinear(X, Y), going round in X
+//! p_w = P(cell) / Ω(cell)              cells between four texel centres, P ∝ mean of the four · Ω,  Ω = 2π/W · (cosθ₀ - cosθ₁)
+//! Φ = π R² ∫ Le dw through the scene's sphere of radius R
+//! ```
+//!
+//! Within a cell directions are drawn evenly in φ and cosθ, so the density is constant there and holds sinθ exactly. A cell is never
+//! drawn only if its four corners are black, and then so is all of it.
+//!
+//! | parameter | meaning | default |
+//! | --- | --- | --- |
+//! | `filename` | the picture, linear radiance | |
+//! | `scale` | s | 1 |
+//! | `to_world` | from the picture's coordinates (y up; the picture's left edge lies towards -z, its middle towards +z) | identity |
+
+use super::directional::{disk_density, from_infinity, outside, scene_sphere};
+use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, PositionPdf, scalar};
+use crate::scene::Scene;
+use crate::texture::Texels;
+use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
+use etendue_numerics::table::Table2D;
+use etendue_numerics::{Frame, Pdf, Spectrum, Vec2, Vec3, Wavelengths};
+use std::sync::Arc;
+
+/// Surroundings from a picture.
+#[derive(Clone, Debug)]
+pub struct Environment {
+    texels: Arc<Texels>,
+    scale: f32,
+    width: usize,
+    /// Rows of texels; 2 where the picture has one, which then is the same from pole to pole.
+    height: usize,
+    /// The picture's axes in the world: orthonormal, either hand.
+    axes: Frame,
+    /// Which cell; rows of cells lie between rows of texels.
+    cells: Table2D,
+    /// ∫ Le dw, W/m².
+    integral: Spectrum,
+}
+
+impl Environment {
+    /// Surroundings of radiance `scale` times the picture, W/(m² sr). `axes` holds the directions of the picture's x, y and z in the world.
+    pub fn new(texels: Arc<Texels>, scale: f32, axes: Frame) -> Self {
+        let (width, height) = (texels.width(), texels.height().max(2));
+        let mut new = Self { texels, scale, width, height, axes, cells: Table2D::new(&[], 1, 1), integral: Spectrum::ZERO };
+
+        let mut weights = Vec::with_capacity(width * (height - 1));
+        let mut integral = [0f64; 3];
+        for row in 0..height - 1 {
+            let omega = solid_angle(width, height, row);
+            for column in 0..width {
+                let corners = [(column, row), (column + 1, row), (column, row + 1), (column + 1, row + 1)];
+                let mean = corners.into_iter().map(|(x, y)| new.texel(x % width, y)).sum::<Spectrum>() * (0.25 * omega);
+                weights.push(scalar(mean));
+                integral.iter_mut().zip(mean.to_rgb()).for_each(|(i, m)| *i += f64::from(m));
+            }
+        }
+        let [r, g, b] = integral.map(|i| i as f32);
+        new.integral = Spectrum::rgb(r, g, b);
+        new.cells = Table2D::new(&weights, width, height - 1);
+        new
+    }
+
+    /// Radiance of a texel; below zero there is no light.
+    fn texel(&self, column: usize, row: usize) -> Spectrum {
+        self.texels.texel(column, row.min(self.texels.height() - 1)).max(0.0) * self.scale
+    }
+
+    /// Le in the unit direction `local` of the picture's coordinates.
+    fn radiance(&self, local: Vec3) -> Spectrum {
+        let (w, h) = (self.width, self.height);
+        let phi = atan2(local.x, -local.z) / TAU;
+        let x = (phi - phi.floor()) * w as f32 - 0.5;
+        let y = safe_acos(local.y) / PI * (h - 1) as f32;
+        let (x0, y0) = (x.floor(), y.floor().min((h - 2) as f32).max(0.0));
+        let column = |i: f32| (i + w as f32) as usize % w;
+        let (left, right, row) = (column(x0), column(x0 + 1.0), y0 as usize);
+        let above = Spectrum::lerp(x - x0, self.texel(left, row), self.texel(right, row));
+        let below = Spectrum::lerp(x - x0, self.texel(left, row + 1), self.texel(right, row + 1));
+        Spectrum::lerp(y - y0, above, below)
+    }
+
+    /// p_w of a unit direction in the picture's coordinates.
+    fn density(&self, local: Vec3) -> f32 {
+        let (w, h) = (self.width, self.height);
+        let phi = atan2(local.x, -local.z) / TAU;
+        let x = (phi - phi.floor()) * w as f32 - 0.5;
+        let column = ((x + w as f32) as usize) % w;
+        let row = ((safe_acos(local.y) / PI * (h - 1) as f32) as usize).min(h - 2);
+        self.cells.probability(column, row) / solid_angle(w, h, row)
+    }
+
+    /// A unit direction in the picture's coordinates, with its p_w.
+    fn sample_local(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        if self.cells.sum() <= 0.0 {
+            return None;
+        }
+        let (w, h) = (self.width, self.height);
+        let (column, row, probability, rest) = self.cells.sample_discrete(u);
+        let phi = TAU * (column as f32 + 0.5 + rest.x) / w as f32;
+        let (top, bottom) = (cos_theta(h, row), cos_theta(h, row + 1));
+        let cos = top + (bottom - top) * rest.y;
+        let sin = safe_sqrt((1.0 - cos) * (1.0 + cos));
+        let (sin_phi, cos_phi) = sin_cos(phi);
+        let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
+        Some((d.normalize(), probability / solid_angle(w, h, row)))
+    }
+}
+
+/// cosθ of a row of texels.
+fn cos_theta(height: usize, row: usize) -> f32 {
+    (std::f64::consts::PI * row as f64 / (height - 1) as f64).cos() as f32
+}
+
+/// Ω of a cell of a row, sr: 2π/W (cosθ₀ - cosθ₁), without cancellation at the poles.
+fn solid_angle(width: usize, height: usize, row: usize) -> f32 {
+    let step = std::f64::consts::PI / (height - 1) as f64;
+    let middle = (row as f64 + 0.5) * step;
+    (std::f64::consts::TAU / width as f64 * 2.0 * middle.sin() * (0.5 * step).sin()) as f32
+}
+
+impl Light for Environment {
+    fn le_escaped(&self, d: Vec3, _: &Wavelengths) -> Spectrum {
+        self.radiance(self.axes.to_local(d))
+    }
+
+    fn pdf_escaped(&self, _: &LightReference, wi: Vec3) -> f32 {
+        self.density(self.axes.to_local(wi))
+    }
+
+    fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
+        let (local, pdf_w) = self.sample_local(u)?;
+        let wi = self.axes.to_world(local);
+        Some(LightSample {
+            wi,
+            p: outside(scene, from.p, wi),
+            distance: f32::INFINITY,
+            le: self.radiance(local),
+            pdf: Pdf::SolidAngle(pdf_w),
+            emitter: id.emitter,
+        })
+    }
+
+    fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
+        let direction = Pdf::SolidAngle(self.density(self.axes.to_local(wi)));
+        EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
+    }
+
+    fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
+        let (local, pdf_w) = self.sample_local(u_direction)?;
+        let d = -self.axes.to_world(local);
+        let (ray, pdf_a) = from_infinity(scene, d, u)?;
+        Some(EmissionSample {
+            ray,
+            n: d,
+            pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(pdf_w) },
+            weight: self.radiance(local) / (pdf_a * pdf_w),
+            emitter: id.emitter,
+        })
+    }
+
+    fn power_of(&self, scene: &Scene, _: u32) -> Spectrum {
+        let (_, radius) = scene_sphere(scene);
+        self.integral * (PI * radius * radius)
+    }
+
+    fn extent(&self, _: &Scene, _: u32) -> Extent {
+        // A quarter of the integral: the irradiance of surroundings that are everywhere as bright as on average.
+        Extent::Distant { irradiance: 0.25 * scalar(self.integral), from: None }
+    }
+}
