@@ -1,1 +1,26 @@
-//! A physically based renderer and light-transport laboratory.
+//! étendue: a physically based renderer and light-transport laboratory.
+//!
+//! This crate is the facade: it loads a scene ([`load`]), renders it ([`render`]) and hands back pictures. It touches no globals: threads,
+//! cancellation and progress come in through [`RenderOptions`] and [`Watch`], words go out as values. Only the program beside it
+//! reads arguments and prints.
+//!
+//! ```
+//! let loaded = etendue::load("furnace", &etendue::LoadOptions { size: Some([8, 8]), ..Default::default() }).unwrap();
+//! let watch = etendue::Watch::default();
+//! let options = etendue::RenderOptions { stop: Some(etendue::Stop::Samples(4)), ..Default::default() };
+//! let rendering = etendue::render(&loaded, &options, &watch).unwrap();
+//! // Le / (1 - a) = 2 in every pixel.
+//! assert!((rendering.mean()[0] - 2.0).abs() < 0.2);
+//! ```
+
+pub mod builtin;
+pub mod load;
+pub mod memory;
+pub mod render;
+pub mod stats;
+
+pub use etendue_image::{Curve, Image, Picture, ToneMap};
+pub use etendue_solvers::{SOLVERS, Stop, Stopped};
+pub use load::{LoadError, LoadOptions, Loaded, load};
+pub use render::{RenderError, RenderOptions, Rendering, Watch, render};
+pub use stats::Stats;

@@ -1,3 +1,10 @@
-//! The program.
+//! The program: reads arguments, prints, and sets the exit status (0 done, 1 failed, 2 wrong usage, 130 stopped by Ctrl-C).
 
-fn main() {}
+mod cli;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::run(cli::Arguments::parse())
+}

@@ -1,0 +1,70 @@
+//! `etendue info`: what a scene holds.
+
+use super::{Done, define, output};
+use clap::Args;
+use etendue::{LoadOptions, load, memory};
+use etendue_film::Film;
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+/// Tells what a scene holds.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: etendue info cornell-box")]
+pub struct InfoArguments {
+    /// A scene file, or the name of a built-in scene.
+    scene: String,
+    /// Set a `<default>` parameter of the file.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    define: Vec<(String, String)>,
+}
+
+pub fn run(arguments: &InfoArguments) -> Done {
+    let options = LoadOptions { defines: arguments.define.clone(), ..LoadOptions::default() };
+    let loaded = load(&arguments.scene, &options).map_err(|e| output::load_error(&e))?;
+    output::diagnostics(&loaded.diagnostics, &loaded.description);
+    let scene = &loaded.scene;
+    let row = |name: &str, words: String| output::result(&format!("{name:<12}{words}"));
+    row("scene", loaded.name.clone());
+    for view in &scene.views {
+        let film = &view.film;
+        let [w, h] = film.crop_size;
+        let crop = if film.crop_size == film.size {
+            String::new()
+        } else {
+            format!(", a crop of {} x {} at {:?}", film.size[0], film.size[1], film.crop_offset)
+        };
+        row(
+            "view",
+            format!(
+                "{}, {w} x {h} pixels{crop}, filter {:?}, {} samples per pixel",
+                view.sensor.name(),
+                film.filter,
+                view.sampler.count
+            ),
+        );
+        row("film", format!("{} while rendering", memory::human(Film::bytes(film.crop_size))));
+    }
+    let depth = scene.integrator.max_depth.map_or("unbounded".to_owned(), |d| d.to_string());
+    row("solver", format!("{}, max depth {depth}", scene.integrator.solver));
+    row("shapes", format!("{} surfaces, {} triangles, {} instances", scene.surfaces.len(), scene.triangles, scene.instances.len()));
+    row("materials", tally(scene.materials.iter().map(|m| m.name())));
+    row("textures", tally(scene.textures.iter().map(|t| t.name())));
+    row("emitters", tally(scene.emitters.iter().map(|e| e.name())));
+    let (b, size) = (scene.bounds, scene.bounds.size());
+    row("bounds", format!("{} to {} ({:.4} x {:.4} x {:.4} m)", b.min, b.max, size.x, size.y, size.z));
+    row("loading", format!("{:.3} s reading, {:.3} s building", loaded.read_time.as_secs_f64(), loaded.build_time.as_secs_f64()));
+    for words in scene.diagnose() {
+        output::message(&format!("warning: {words}"));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `3 diffuse, 1 dielectric`.
+fn tally<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut counts = BTreeMap::new();
+    for name in names {
+        *counts.entry(name).or_insert(0usize) += 1;
+    }
+    let words: Vec<_> = counts.iter().map(|(name, n)| format!("{n} {name}")).collect();
+    if words.is_empty() { "none".to_owned() } else { words.join(", ") }
+}

@@ -1,0 +1,48 @@
+//! The numbers of a render, as `--stats` writes them.
+
+use serde::Serialize;
+
+/// One render in numbers.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Stats {
+    /// Program and version.
+    pub software: String,
+    /// Scene name.
+    pub scene: String,
+    /// Solver name.
+    pub solver: String,
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Samples taken per pixel.
+    pub spp: u32,
+    /// Seed.
+    pub seed: u64,
+    /// Threads.
+    pub threads: usize,
+    /// Reading files, s.
+    pub load_seconds: f64,
+    /// Compiling the scene, s.
+    pub build_seconds: f64,
+    /// From the first ray to the last, s.
+    pub render_seconds: f64,
+    /// Paths started from the eye.
+    pub paths: u64,
+    /// Rays cast, shadow rays included.
+    pub rays: u64,
+    /// Largest memory held, bytes.
+    pub peak_memory_bytes: u64,
+    /// Samples dropped because they were not finite.
+    pub nonfinite_samples: u64,
+    /// Where the first of them were: x, y, sample.
+    pub nonfinite_first: Vec<[u32; 3]>,
+    /// Triangles, those of instances counted once.
+    pub triangles: u64,
+    /// Mean of the picture, linear Rec.709.
+    pub mean: [f64; 3],
+    /// Why the render ended: samples, time, noise, limit, cancelled.
+    pub stopped: String,
+    /// Estimated √relMSE in per cent with its 95 % interval, in noise mode.
+    pub noise_percent: Option<[f64; 3]>,
+}

@@ -1,0 +1,123 @@
+//! The loop around a solver's passes: clock, noise test, cancellation, progress and checkpoints are written here, once.
+
+mod checkpoint;
+pub mod pixels;
+
+pub use checkpoint::{CannotResume, Checkpoint};
+pub use pixels::PixelSolver;
+
+use crate::run::{Event, Progress, Run, Stop, Stopped};
+use crate::solver::Solver;
+use etendue_film::{Film, NoiseEstimate, Replicates};
+use etendue_scene::Scene;
+use pixels::TileLedger;
+use std::sync::Mutex;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// What a pass adds to.
+pub struct Work<'a> {
+    /// The film.
+    pub film: &'a Film,
+    /// Replicate sums, in noise mode.
+    pub replicates: Option<&'a Mutex<Replicates>>,
+    /// Which tiles of the pass are done; a stopped pass leaves some undone.
+    pub tiles: &'a TileLedger,
+    /// Whether the pass should stop where it is.
+    pub stop_now: &'a (dyn Fn() -> bool + Sync),
+    /// Counters.
+    pub progress: &'a Progress,
+}
+
+/// How a render ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Why.
+    pub stopped: Stopped,
+    /// Whole passes done.
+    pub passes: u32,
+    /// The last noise estimate, in noise mode.
+    pub noise: Option<NoiseEstimate>,
+    /// From the first ray to the last, of this call.
+    pub elapsed: Duration,
+}
+
+/// Runs `solver` until `run.stop`, from the beginning or from a checkpoint, adding to a blank `film`.
+///
+/// The same scene, solver and run give the same bits on any number of threads, stopped and resumed or not.
+pub fn render<S: Solver>(
+    solver: &S,
+    name: &str,
+    scene: &Scene,
+    run: &Run<'_>,
+    film: &Film,
+    resume: Option<&Checkpoint>,
+) -> Result<Outcome, CannotResume> {
+    let begun = Instant::now();
+    let mut state = solver.prepare(scene, run);
+    let mut k = 0;
+    let ledger = TileLedger::new(film.shape().size);
+    let noise_mode = matches!(run.stop, Stop::Noise { .. });
+    let replicates = noise_mode.then(|| Mutex::new(Replicates::new(film.shape().size)));
+    if let Some(checkpoint) = resume {
+        checkpoint.check(name, run, film)?;
+        state = checkpoint.restore(film, &ledger, replicates.as_ref())?;
+        k = checkpoint.passes;
+    }
+    run.progress.passes.store(u64::from(k), Ordering::Relaxed);
+    run.progress.tiles_per_pass.store(ledger.len() as u64, Ordering::Relaxed);
+
+    let last_pass = match run.stop {
+        Stop::Samples(n) => n,
+        Stop::Time(_) => u32::MAX,
+        Stop::Noise { limit, .. } => limit,
+    };
+    let mut saved = Instant::now();
+    let mut noise = None;
+    let stopped = loop {
+        if k >= last_pass {
+            break if noise_mode { Stopped::Limit } else { Stopped::Samples };
+        }
+        // The first pass is finished whatever the clock says: a picture with holes is no picture.
+        let time_up = || matches!(run.stop, Stop::Time(limit) if k > 0 && begun.elapsed() >= limit);
+        let stop_now = || run.cancel.is_cancelled() || time_up();
+        if !stop_now() {
+            let work = Work { film, replicates: replicates.as_ref(), tiles: &ledger, stop_now: &stop_now, progress: run.progress };
+            run.pool.install(|| solver.pass(scene, run, &mut state, k, &work));
+        }
+        if stop_now() && !ledger.is_complete() {
+            break if run.cancel.is_cancelled() { Stopped::Cancelled } else { Stopped::Time };
+        }
+        k += 1;
+        ledger.clear();
+        run.progress.tiles.store(0, Ordering::Relaxed);
+        run.progress.passes.store(u64::from(k), Ordering::Relaxed);
+        (run.events)(Event::Pass(k));
+
+        if let (Stop::Noise { percent, .. }, Some(replicates)) = (run.stop, &replicates)
+            && is_test_point(k)
+        {
+            let sums = replicates.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let estimate = sums.estimate(k / Replicates::K as u32, film.shape().kernel.noise_factor());
+            noise = Some(estimate);
+            (run.events)(Event::Noise(k, estimate));
+            if estimate.percent().0 <= percent {
+                break Stopped::Noise;
+            }
+        }
+        if run.checkpoint_every.is_some_and(|every| saved.elapsed() >= every) && k < last_pass {
+            (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates.as_ref())));
+            saved = Instant::now();
+        }
+    };
+    if run.checkpoint_every.is_some() {
+        (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates.as_ref())));
+    }
+    Ok(Outcome { stopped, passes: k, noise, elapsed: begun.elapsed() })
+}
+
+/// Noise is tested after K·2^j passes only: testing at every pass would stop on lucky ones.
+fn is_test_point(k: u32) -> bool {
+    let rounds = k / Replicates::K as u32;
+    k.is_multiple_of(Replicates::K as u32) && rounds.is_power_of_two()
+}

@@ -1,0 +1,200 @@
+//! Passes over pixels: one sample of every pixel, tile by tile, each tile one thread's work.
+
+use super::Work;
+use crate::run::{Run, Stop};
+use crate::solver::{Needs, Solver};
+use crate::transport::{Context, PathSolver, PathState, slot, trace};
+use etendue_film::{Replicates, Tile};
+use etendue_numerics::sequence::mix;
+use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths};
+use etendue_scene::{FilmSettings, Scene};
+use rayon::prelude::*;
+use std::sync::PoisonError;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A solver that answers one question: how much radiance arrives along a camera ray?
+pub trait PixelSolver: Sync {
+    /// What a scene must have.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    /// An estimate of L along the walk's first ray, times its weight. Counts rays.
+    fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum;
+}
+
+impl<T: PathSolver> PixelSolver for T {
+    fn needs(&self) -> Needs {
+        PathSolver::needs(self)
+    }
+
+    #[inline]
+    fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
+        trace(self, c, eye, u, rays)
+    }
+}
+
+impl<T: PixelSolver> Solver for T {
+    type State = ();
+
+    fn needs(&self) -> Needs {
+        PixelSolver::needs(self)
+    }
+
+    fn prepare(&self, _: &Scene, _: &Run<'_>) {}
+
+    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
+        pass(self, scene, run, k, work);
+    }
+}
+
+/// Which tiles of a pass are done. Pass k of a tile is a pure function of (seed, k), and sums have no order, so a stopped pass
+/// goes on later with the tiles that are left.
+#[derive(Debug)]
+pub struct TileLedger {
+    size: [u32; 2],
+    edge: u32,
+    done: Vec<AtomicBool>,
+}
+
+impl TileLedger {
+    /// All tiles of a picture, none done.
+    pub fn new(size: [u32; 2]) -> Self {
+        // The partition decides how f32 sums are grouped, so it depends on the picture alone and never on the threads.
+        let edge = if u64::from(size[0]) * u64::from(size[1]) < 1 << 16 { 8 } else { 16 };
+        let count = size[0].div_ceil(edge) as usize * size[1].div_ceil(edge) as usize;
+        Self { size, edge, done: (0..count).map(|_| AtomicBool::new(false)).collect() }
+    }
+
+    /// Number of tiles.
+    pub fn len(&self) -> usize {
+        self.done.len()
+    }
+
+    /// Whether the picture has no pixels.
+    pub fn is_empty(&self) -> bool {
+        self.done.is_empty()
+    }
+
+    /// Whether every tile is done.
+    pub fn is_complete(&self) -> bool {
+        self.done.iter().all(|d| d.load(Ordering::Relaxed))
+    }
+
+    /// Forgets what is done: a new pass begins.
+    pub fn clear(&self) {
+        self.done.iter().for_each(|d| d.store(false, Ordering::Relaxed));
+    }
+
+    pub(super) fn to_bools(&self) -> Vec<bool> {
+        self.done.iter().map(|d| d.load(Ordering::Relaxed)).collect()
+    }
+
+    pub(super) fn set(&self, done: &[bool]) {
+        self.done.iter().zip(done).for_each(|(d, x)| d.store(*x, Ordering::Relaxed));
+    }
+
+    fn rectangle(&self, tile: usize) -> ([u32; 2], [u32; 2]) {
+        let columns = self.size[0].div_ceil(self.edge) as usize;
+        let low = [(tile % columns) as u32 * self.edge, (tile / columns) as u32 * self.edge];
+        (low, [(low[0] + self.edge).min(self.size[0]), (low[1] + self.edge).min(self.size[1])])
+    }
+}
+
+/// Pass k: sample k of every pixel. In noise mode passes belong to replicates in turn, each with a scramble of its own.
+pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, work: &Work<'_>) {
+    let context = Context { scene, rules: run.rules };
+    let plan = SamplePlan::new(run, k, scene.views[run.view].film.size[0]);
+    (0..work.tiles.len()).into_par_iter().for_each_init(
+        || work.film.tile(),
+        |tile, index| {
+            if work.tiles.done[index].load(Ordering::Relaxed) || (work.stop_now)() {
+                return;
+            }
+            let (low, high) = work.tiles.rectangle(index);
+            let rays = fill(solver, &context, run, &plan, tile, low, high, work);
+            work.film.add_tile(tile);
+            work.tiles.done[index].store(true, Ordering::Relaxed);
+            work.progress.tiles.fetch_add(1, Ordering::Relaxed);
+            work.progress.rays.fetch_add(rays, Ordering::Relaxed);
+            work.progress.paths.fetch_add(u64::from((high[0] - low[0]) * (high[1] - low[1])), Ordering::Relaxed);
+        },
+    );
+}
+
+/// Which sample of which point set a pass takes.
+struct SamplePlan {
+    seed: u64,
+    replicate: usize,
+    pass: u32,
+    sample: u32,
+    count: u32,
+    width: u32,
+}
+
+impl SamplePlan {
+    fn new(run: &Run<'_>, k: u32, width: u32) -> Self {
+        let count = run.planned_samples();
+        let plan = Self { seed: run.seed, replicate: 0, pass: k, sample: k, count, width };
+        match run.stop {
+            Stop::Noise { .. } => {
+                let replicate = k % Replicates::K as u32;
+                let seed = mix(run.seed ^ mix(u64::from(replicate) + 1));
+                Self { seed, replicate: replicate as usize, sample: k / Replicates::K as u32, ..plan }
+            }
+            _ => plan,
+        }
+    }
+
+    #[inline]
+    fn sampler(&self, run: &Run<'_>, x: u32, y: u32) -> Sampler {
+        let index = u64::from(y) * u64::from(self.width) + u64::from(x);
+        Sampler::new(run.sequence, self.seed, index, self.sample, self.count)
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "the inner loop of a pass, called in one place")]
+fn fill(
+    solver: &impl PixelSolver,
+    c: &Context<'_>,
+    run: &Run<'_>,
+    plan: &SamplePlan,
+    tile: &mut Tile,
+    low: [u32; 2],
+    high: [u32; 2],
+    work: &Work<'_>,
+) -> u64 {
+    let view = &c.scene.views[run.view];
+    let mut rays = 0;
+    let mut tracked = Vec::new();
+    tile.begin(low, high);
+    for y in low[1]..high[1] {
+        for x in low[0]..high[0] {
+            let u = plan.sampler(run, x + view.film.crop_offset[0], y + view.film.crop_offset[1]);
+            let (position, eye) = camera_ray(c, run, &view.film, [x, y], &u);
+            let l = solver.radiance(c, eye, &u, &mut rays);
+            tile.add(position, l, plan.pass);
+            if work.replicates.is_some() {
+                tracked.push(([x, y], l.to_rgb()));
+            }
+        }
+    }
+    if let Some(replicates) = work.replicates {
+        let mut sums = replicates.lock().unwrap_or_else(PoisonError::into_inner);
+        for (pixel, l) in tracked {
+            if let Some(slot) = sums.slot(pixel) {
+                sums.add(plan.replicate, slot, l);
+            }
+        }
+    }
+    rays
+}
+
+/// A walk about to leave the eye through pixel [x, y] of the picture, and its position there.
+#[inline]
+pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x, y]: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
+    let position = Vec2::new(x as f32, y as f32) + u.u2(Dim::at(0, slot::PIXEL));
+    let on_film = position + Vec2::new(film.crop_offset[0] as f32, film.crop_offset[1] as f32);
+    let ray = c.scene.views[run.view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
+    (position, PathState::start(ray.ray, Spectrum::splat(ray.weight), Wavelengths::Rgb))
+}

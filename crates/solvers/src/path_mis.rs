@@ -1,0 +1,42 @@
+//! Path tracing with multiple importance sampling: light that a walk hits and light that a light sample finds are both counted,
+//! each weighted by how likely its technique was to find it [Veach, Guibas 1995].
+//!
+//! ```text
+//! L = Σ_k β_k [ w_b Le(x_k) + w_l f cosθ Le(y) V / p_l ],    w_b = h(p_b, p_l),  w_l = h(p_l, p_b),  h(p, q) = p²/(p² + q²)
+//! ```
+
+use crate::transport::{Context, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot};
+use etendue_accel::Hit;
+use etendue_numerics::{Pdf, Sampler};
+
+/// The solver `path-mis`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathMis {
+    /// How the two techniques share; the power heuristic unless told otherwise.
+    pub heuristic: Heuristic,
+}
+
+impl PathSolver for PathMis {
+    #[inline]
+    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        let x = hit.map(|hit| c.scene.interaction(&state.ray, &hit));
+
+        // Light that the walk hits.
+        let (le, pdf_light) = emission(c, state, x.as_ref());
+        let share = match state.pdf {
+            Pdf::Delta(_) => 1.0,
+            Pdf::SolidAngle(pdf_bsdf) => mis_weight(self.heuristic, pdf_bsdf, pdf_light),
+        };
+        state.collect(&c.rules, le * share);
+        let Some(x) = x.filter(|_| state.edges < c.rules.max_edges) else { return Step::END };
+
+        // Light that a light sample finds.
+        let vertex = Vertex::new(c.scene, x, &state.wl);
+        let shadow = next_event(c, state, &vertex, u, |pdf_light, pdf_bsdf| mis_weight(self.heuristic, pdf_light, pdf_bsdf));
+
+        // The next direction.
+        let u_lobe = u.u2(state.dim(slot::LOBE));
+        let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
+        Step { shadow, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }
+    }
+}

@@ -1,0 +1,41 @@
+//! Path tracing with next event estimation: at each vertex one light point is sampled and connected.
+//!
+//! ```text
+//! L = Le(x_1) + Σ_k β_k · f(x_k) cosθ Le(y → x_k) V(x_k, y) / p(y)
+//! ```
+//!
+//! Le counts only where no light sample could have found it: at the vertex that the eye sees, and after a discrete
+//! (mirror or glass) direction. Counting it elsewhere as well would count direct light twice.
+
+use crate::transport::{Context, PathSolver, PathState, Step, Vertex, next_event, slot};
+use etendue_accel::Hit;
+use etendue_numerics::Sampler;
+
+/// The solver `path-nee`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathNee;
+
+impl PathSolver for PathNee {
+    #[inline]
+    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        let le_counts = state.pdf.is_delta();
+        let Some(hit) = hit else {
+            if le_counts {
+                state.collect(&c.rules, c.scene.le_escaped(&state.ray, &state.wl));
+            }
+            return Step::END;
+        };
+        let x = c.scene.interaction(&state.ray, &hit);
+        if le_counts {
+            state.collect(&c.rules, c.scene.le(&x, &state.wl));
+        }
+        if state.edges >= c.rules.max_edges {
+            return Step::END;
+        }
+        let vertex = Vertex::new(c.scene, x, &state.wl);
+        let shadow = next_event(c, state, &vertex, u, |_, _| 1.0);
+        let u_lobe = u.u2(state.dim(slot::LOBE));
+        let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
+        Step { shadow, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }
+    }
+}

@@ -1,0 +1,118 @@
+//! What a solver is, and the list of them all.
+
+use crate::direct::Direct;
+use crate::drivers::Work;
+use crate::path::Path;
+use crate::path_mis::PathMis;
+use crate::path_nee::PathNee;
+use crate::run::Run;
+use etendue_scene::{Integrator, Scene};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A way to solve the rendering equation, in passes: pass k is a pure function of (seed, k, the state after pass k - 1).
+pub trait Solver: Sync {
+    /// What one pass hands to the next: chains, radii, a learnt distribution; often nothing.
+    type State: Serialize + DeserializeOwned + Send;
+
+    /// What a scene must have, or must not have.
+    fn needs(&self) -> Needs;
+
+    /// The state before pass 0.
+    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Self::State;
+
+    /// Pass k: adds what it measures to `work.film`.
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut Self::State, k: u32, work: &Work<'_>);
+}
+
+/// Capabilities that a solver asks of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Needs {
+    /// Every light has an area or surrounds the scene, so that a random walk can hit it.
+    pub lights_that_can_be_hit: bool,
+}
+
+/// Why a solver cannot do a scene, and who can.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// The reason, in words.
+    pub reason: String,
+    /// Solvers that can.
+    pub instead: Vec<&'static str>,
+}
+
+impl Needs {
+    /// Whether `scene` has what is needed.
+    pub fn check(&self, scene: &Scene) -> Result<(), Refusal> {
+        let points = scene.emitters.iter().filter(|e| e.is_delta()).count();
+        if self.lights_that_can_be_hit && points > 0 {
+            let lights = if points == 1 {
+                "one of the lights is a point or a single direction".to_owned()
+            } else {
+                format!("{points} of the lights are points or single directions")
+            };
+            let reason = format!("{lights}, which no random walk can hit: their light would be missing");
+            return Err(Refusal { reason, instead: vec!["path-nee", "path-mis"] });
+        }
+        Ok(())
+    }
+}
+
+/// A solver's entry in the list.
+#[derive(Clone, Copy, Debug)]
+pub struct SolverInfo {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it does, in a line.
+    pub summary: &'static str,
+}
+
+macro_rules! solvers {
+    ($($(#[doc = $doc:literal])+ $variant:ident => $name:literal, $make:expr;)*) => {
+        /// All solvers, each listed once.
+        #[derive(Clone, Debug)]
+        pub enum AnySolver {
+            $($(#[doc = $doc])+ $variant($variant),)*
+        }
+
+        /// The names and summaries of all solvers.
+        pub const SOLVERS: &[SolverInfo] = &[$(SolverInfo { name: $name, summary: concat!($($doc),+) },)*];
+
+        impl AnySolver {
+            /// The solver of a name, with the parameters that the scene file gives; `None` for an unknown name.
+            pub fn new(name: &str, integrator: &Integrator) -> Option<Self> {
+                match name {
+                    $($name => Some(Self::$variant(($make)(integrator))),)*
+                    _ => None,
+                }
+            }
+
+            /// Its name on the command line.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$variant(_) => $name,)* }
+            }
+
+            /// What it asks of a scene.
+            pub fn needs(&self) -> Needs {
+                match self { $(Self::$variant(s) => s.needs(),)* }
+            }
+
+            /// Renders with it: see [`crate::drivers::render`].
+            pub fn render(&self, scene: &Scene, run: &Run<'_>, film: &etendue_film::Film, resume: Option<&crate::Checkpoint>)
+                -> Result<crate::Outcome, crate::drivers::CannotResume> {
+                match self { $(Self::$variant(s) => crate::drivers::render(s, $name, scene, run, film, resume),)* }
+            }
+        }
+    };
+}
+
+solvers! {
+    /// A random walk that only collects light it hits.
+    Path => "path", |_: &Integrator| Path;
+    /// A random walk with the lights sampled at each vertex.
+    PathNee => "path-nee", |_: &Integrator| PathNee;
+    /// Both, combined by multiple importance sampling: the default.
+    PathMis => "path-mis", |_: &Integrator| PathMis::default();
+    /// Direct light only, by light and material samples.
+    Direct => "direct", |i: &Integrator| Direct { emitter_samples: i.emitter_samples, bsdf_samples: i.bsdf_samples };
+}

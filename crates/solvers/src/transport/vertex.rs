@@ -1,0 +1,75 @@
+//! A surface point of a path with its scattering: the one place that knows which way radiance flows.
+//!
+//! Lobes are written in importance form. Radiance is compressed on its way into a denser medium: along a path traced from the eye,
+//! f_radiance(wo, wi) = f_importance(wi, wo), and a sampled refraction's weight is divided by η² [Veach 1997, §5.2]. Reflection is
+//! the same in both.
+
+use etendue_bsdf::{Bsdf, Scatter};
+use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_scene::{Interaction, LightReference, Scene};
+
+/// A surface vertex, looked at from the eye's side.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// The point.
+    pub x: Interaction,
+    /// f(·, x, ·).
+    pub bsdf: Bsdf,
+    /// Direction towards the previous vertex, local.
+    pub wo: Vec3,
+}
+
+/// A direction sampled at a vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexSample {
+    /// Unit direction in the world.
+    pub wi: Vec3,
+    /// f · |cosθ| / pdf for radiance.
+    pub weight: Spectrum,
+    /// Density or probability of `wi`.
+    pub pdf: Pdf,
+    /// η² of a refraction (1 otherwise): what roulette multiplies back in.
+    pub eta_scale: f32,
+    /// The ray went straight through a null or mask surface.
+    pub is_null: bool,
+}
+
+impl Vertex {
+    /// The vertex at x.
+    #[inline]
+    pub fn new(scene: &Scene, x: Interaction, wl: &Wavelengths) -> Self {
+        Self { bsdf: scene.bsdf(&x, wl), wo: x.wo_local(), x }
+    }
+
+    /// f(wi, x, wo) · |cosθ_i| for radiance arriving along the world direction `wi`, and the density (1/sr) with which [`Vertex::sample`] takes it.
+    #[inline]
+    pub fn eval(&self, wi: Vec3) -> (Spectrum, f32) {
+        let wi = self.x.shading.to_local(wi);
+        let f = if self.wo.z * wi.z < 0.0 { self.bsdf.eval(wi, self.wo) } else { self.bsdf.eval(self.wo, wi) };
+        if f.is_zero() {
+            return (Spectrum::ZERO, 0.0);
+        }
+        (f * wi.z.abs(), self.bsdf.pdf(self.wo, wi))
+    }
+
+    /// A direction for radiance to arrive from.
+    #[inline]
+    pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<VertexSample> {
+        let s = self.bsdf.sample(self.wo, u_lobe, u)?;
+        let eta_scale = s.eta * s.eta;
+        let weight = if s.wi.z * self.wo.z < 0.0 { s.weight / eta_scale } else { s.weight };
+        Some(VertexSample { wi: self.x.shading.to_world(s.wi), weight, pdf: s.pdf, eta_scale, is_null: s.event.has_null() })
+    }
+
+    /// What light sampling may know of this vertex: where nothing is transmitted, lights behind it need not be asked.
+    #[inline]
+    pub fn light_reference(&self) -> LightReference {
+        if self.bsdf.events().transmits() { LightReference::from(&self.x) } else { LightReference::reflecting(&self.x) }
+    }
+
+    /// Whether any direction but a discrete few scatters: whether next event estimation can find anything.
+    #[inline]
+    pub fn is_smooth(&self) -> bool {
+        self.bsdf.events().has_smooth()
+    }
+}
