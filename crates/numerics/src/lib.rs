@@ -21,5 +21,5 @@ pub use glam::{DAffine3, DMat4, DVec2, DVec3, Vec2, Vec3, Vec4};
 pub use measure::Pdf;
 pub use ray::Ray;
 pub use sequence::{Dim, Sampler, SequenceKind};
-pub use spectrum::{Spectrum, Wavelengths};
+pub use spectrum::{SampledSpectrum, Spectrum, Wavelengths};
 pub use transform::Transform;

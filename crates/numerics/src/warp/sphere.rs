@@ -49,7 +49,7 @@ pub fn sphere_pdf() -> f32 {
     0.25 * FRAC_1_PI
 }
 
-/// A uniform direction: z = 1 - 2 u₀, φ = 2π u₁ [Archimedes].
+/// A uniform direction: z = 1 - 2 u₀, φ = 2π u₁ (Archimedes: heights are uniform).
 #[inline]
 pub fn square_to_sphere(u: Vec2) -> Vec3 {
     let (sin, cos) = sin_cos(TAU * u.y);

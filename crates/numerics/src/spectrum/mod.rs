@@ -2,6 +2,15 @@
 //!
 //! In RGB mode lanes 0 to 2 hold linear Rec.709 and lane 3 is zero; in spectral mode each lane holds the value at one hero
 //! wavelength. Code above works on lanes alike and never asks which mode it is in.
+//!
+//! Beside it: the observer and what turns spectra into linear Rec.709 ([`cie`]), tabulated spectra as inert data ([`sampled`]), and the refractive
+//! indices that have names ([`ior`]).
+
+pub mod cie;
+pub mod ior;
+pub mod sampled;
+
+pub use sampled::SampledSpectrum;
 
 use glam::Vec4;
 use std::ops::{Add, AddAssign, Div, DivAssign, Index, Mul, MulAssign, Sub};
