@@ -295,9 +295,12 @@ impl<'a> Compiler<'a> {
             self.diagnostics.error(p.span_of("specular"), "give either `eta` or `specular`, which stands for an index");
         }
         let specular = p.float(self.diagnostics, "specular", 0.5, 0.0..=1.0) as f32;
-        let eta = p.float(self.diagnostics, "eta", f64::from(lobes::eta_from_specular(specular)), 1e-3..=1e3) as f32;
+        let mut common = self.principled_common(p, 1.0);
+        let refracts = !matches!(common.spec_trans, ScalarSlot::Constant(s) if s <= 0.0);
+        let default = lobes::eta_from_specular(specular, f32::from(u8::from(refracts)));
+        common.eta = p.float(self.diagnostics, "eta", f64::from(default), 1e-3..=1e3) as f32;
         Principled {
-            common: self.principled_common(p, eta),
+            common,
             metallic: self.scalar(p, "metallic", 0.0, FRACTION),
             clearcoat: self.scalar(p, "clearcoat", 0.0, FRACTION),
             clearcoat_gloss: self.scalar(p, "clearcoat_gloss", 0.0, FRACTION),
