@@ -1,10 +1,187 @@
-//! Emitter nodes → [`crate::Emitter`].
+//! Emitter nodes → [`Emitter`].
 
 use super::Compiler;
-use crate::ids::SurfaceId;
-use etendue_description::NodeId;
+use super::sensors::Scales;
+use crate::emitter::{
+    Area, Constant, Directional, DirectionalArea, Emitter, Environment, Model, Point, Projector, Spot,
+};
+use crate::ids::{EmitterId, SurfaceId};
+use crate::texture::{Color, ColorSlot, Texels, Texture};
+use etendue_description::{NodeId, Params};
+use etendue_numerics::{Frame, Vec2, Vec3};
+use std::sync::Arc;
 
-impl Compiler<'_> {
+/// Lights that are a surface's, and those that stand alone.
+const ON_SURFACES: &[&str] = &["area", "directionalarea"];
+const ALONE: &[&str] = &["point", "spot", "directional", "envmap", "constant", "projector"];
+
+const SKY: &str = "skies cannot be rendered yet; an `envmap` of a sky can";
+
+const REFUSED: &[(&str, &str)] = &[
+    ("sunsky", SKY),
+    ("timed_sunsky", SKY),
+    ("sky", SKY),
+    ("sun", "suns cannot be rendered yet; a `directional` light comes close"),
+    ("volumelight", "glowing media cannot be rendered yet"),
+];
+
+impl<'a> Compiler<'a> {
     /// Compiles an emitter: of a surface where one is given, or one that stands alone.
-    pub(crate) fn emitter(&mut self, _id: NodeId, _surface: Option<SurfaceId>) {}
+    pub(crate) fn emitter(&mut self, id: NodeId, surface: Option<SurfaceId>) {
+        let mut params = Params::new(self.description, id);
+        let model = params.node.model.value.as_str();
+        let (on_surfaces, alone) = (ON_SURFACES.contains(&model), ALONE.contains(&model));
+        if !on_surfaces && !alone {
+            let known = [ON_SURFACES, ALONE].concat();
+            return self.refuse_model(&params, &known, REFUSED);
+        }
+        if on_surfaces && surface.is_none() {
+            let text = format!("emitter `{model}` stands alone: it belongs into a shape, which then shines");
+            self.diagnostics.error(params.span(), text);
+            return;
+        }
+        if alone && surface.is_some() {
+            let text = format!("emitter `{model}` does not belong to a shape; put it beside the shapes, into the scene");
+            self.diagnostics.error(params.span(), text).help("a shape shines by an `area` emitter");
+            return;
+        }
+
+        let sampling_weight = params.float(self.diagnostics, "sampling_weight", 1.0, 0.0..=1e6) as f32;
+        let model = match (model, surface) {
+            ("area", Some(surface)) => Some(Area { surface, radiance: self.emission(&mut params, "radiance", 1.0) }.into()),
+            ("directionalarea", Some(surface)) => {
+                Some(DirectionalArea { surface, radiance: self.emission(&mut params, "radiance", 1.0) }.into())
+            }
+            ("point", _) => Some(self.point(&mut params).into()),
+            ("spot", _) => self.spot(&mut params).map(Model::from),
+            ("directional", _) => self.directional(&mut params).map(Model::from),
+            ("constant", _) => Some(Constant { radiance: self.even_emission(&mut params, "radiance") }.into()),
+            ("envmap", _) => self.environment(&mut params).map(Model::from),
+            _ => self.projector(&mut params).map(Model::from),
+        };
+        params.finish(self.diagnostics);
+
+        if let Some(model) = model {
+            let emitter = EmitterId(self.emitters.len() as u32);
+            self.emitters.push(Emitter { model, sampling_weight, node: id });
+            if let Some(surface) = surface {
+                self.surfaces.get_mut(surface).emitter = Some(emitter);
+            }
+        }
+    }
+
+    /// Emission that cannot vary over space, 1 by default.
+    fn even_emission(&mut self, params: &mut Params<'a>, name: &'static str) -> Color {
+        match self.emission(params, name, 1.0) {
+            ColorSlot::Constant(color) => color,
+            ColorSlot::Texture(_) => {
+                let text = format!("`{name}` of `{}` cannot be a texture: there is no surface for it", params.node.model.value);
+                self.diagnostics.error(params.span_of(name), text);
+                Color::grey(1.0)
+            }
+        }
+    }
+
+    fn point(&mut self, params: &mut Params<'a>) -> Point {
+        let intensity = self.even_emission(params, "intensity");
+        let to_world = params.transform(self.diagnostics, "to_world");
+        let position = params.vector_opt(self.diagnostics, "position");
+        self.one_of(params, "position", "to_world");
+        let p = position.map_or_else(|| to_world.point(Vec3::ZERO), |p| p.as_vec3());
+        Point { p, intensity }
+    }
+
+    fn spot(&mut self, params: &mut Params<'a>) -> Option<Spot> {
+        let intensity = self.even_emission(params, "intensity");
+        let cutoff = params.float(self.diagnostics, "cutoff_angle", 20.0, 1e-3..=180.0);
+        let beam = params.float(self.diagnostics, "beam_width", 0.75 * cutoff, 0.0..=180.0);
+        let texture = params.has("texture").then(|| self.emission(params, "texture", 1.0));
+        self.needs_no_surface(params, "texture", texture);
+        let (p, axes) = self.pose(params, Scales::TakeOut)?;
+        Some(Spot::new(p, axes, intensity, cutoff.to_radians() as f32, beam.to_radians() as f32, texture))
+    }
+
+    fn directional(&mut self, params: &mut Params<'a>) -> Option<Directional> {
+        let irradiance = self.even_emission(params, "irradiance");
+        let to_world = params.transform(self.diagnostics, "to_world");
+        let given = params.vector_opt(self.diagnostics, "direction");
+        self.one_of(params, "direction", "to_world");
+        let direction = given.map_or_else(|| to_world.vector(Vec3::Z), |d| d.as_vec3()).try_normalize();
+        if direction.is_none() {
+            let text = "`direction` of `directional` has no length";
+            self.diagnostics.error(params.span_of(if given.is_some() { "direction" } else { "to_world" }), text);
+        }
+        direction.map(|direction| Directional { direction, irradiance })
+    }
+
+    fn environment(&mut self, params: &mut Params<'a>) -> Option<Environment> {
+        let scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
+        // Light that the sampler takes away from the table is a matter of noise alone.
+        params.ignore(&["mis_compensation"]);
+        let pose = self.pose(params, Scales::TakeOut);
+        if !params.has("filename") {
+            self.diagnostics.error(params.span(), "`envmap` needs a `filename`");
+        }
+        let path = params.path_opt(self.diagnostics, "filename")?;
+        let span = params.span_of("filename");
+        let texels = match etendue_image::load(path) {
+            Ok(image) => Texels::new(image, false),
+            Err(error) => {
+                self.diagnostics.error(span, error.to_string());
+                return None;
+            }
+        };
+        let Some(texels) = texels else {
+            let text = format!("{}: expected channels R, G, B or Y, with or without A", path.display());
+            self.diagnostics.error(span, text);
+            return None;
+        };
+        if texels.mended > 0 {
+            let text = format!("{} numbers of this picture are not finite; they are taken as 0", texels.mended);
+            self.diagnostics.warning(span, text);
+        }
+        let (_, axes) = pose?;
+        Some(Environment::new(Arc::new(texels), scale, axes))
+    }
+
+    fn projector(&mut self, params: &mut Params<'a>) -> Option<Projector> {
+        let scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
+        let irradiance = self.emission(params, "irradiance", 1.0);
+        self.needs_no_surface(params, "irradiance", Some(irradiance));
+        let aspect = match irradiance {
+            ColorSlot::Texture(id) => match &self.textures[id.index()] {
+                Texture::Bitmap(bitmap) => bitmap.texels.width() as f64 / bitmap.texels.height() as f64,
+                _ => 1.0,
+            },
+            ColorSlot::Constant(_) => 1.0,
+        };
+        let tan = self.tan_half_fov(params, aspect);
+        let (p, axes): (Vec3, Frame) = self.pose(params, Scales::TakeOut)?;
+        Some(Projector::new(p, axes, Vec2::new(tan as f32, (tan / aspect) as f32), irradiance, scale))
+    }
+
+    /// Two parameters of which one may be given.
+    fn one_of(&mut self, params: &Params<'a>, a: &str, b: &str) {
+        if params.has(a) && params.has(b) {
+            let text = format!("both `{a}` and `{b}` of `{}` are given: they say the same thing", params.node.model.value);
+            self.diagnostics.error(params.span_of(b), text);
+        }
+    }
+
+    /// Refuses a picture that looks at the surface which it lies on, for there is none.
+    fn needs_no_surface(&mut self, params: &Params<'a>, name: &str, slot: Option<ColorSlot>) {
+        if slot.is_some_and(|slot| self.looks_at_surfaces(slot)) {
+            let text = format!("`{name}` of `{}` cannot be a mesh attribute: there is no mesh", params.node.model.value);
+            self.diagnostics.error(params.span_of(name), text);
+        }
+    }
+
+    fn looks_at_surfaces(&self, slot: ColorSlot) -> bool {
+        let ColorSlot::Texture(id) = slot else { return false };
+        match &self.textures[id.index()] {
+            Texture::MeshAttribute(_) => true,
+            Texture::Checkerboard(board) => board.color.iter().any(|c| self.looks_at_surfaces(*c)),
+            _ => false,
+        }
+    }
 }
