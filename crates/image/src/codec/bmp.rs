@@ -165,7 +165,7 @@ fn run_lengths(mut rest: Bytes<'_>, width: usize, height: usize, four: bool) -> 
     let nibble = |byte: u8, i: usize| {
         if !four {
             byte
-        } else if i % 2 == 0 {
+        } else if i.is_multiple_of(2) {
             byte >> 4
         } else {
             byte & 15

@@ -12,11 +12,14 @@
 
 use std::io::Cursor;
 
+use exr::block::chunk::CompressedBlock;
+use exr::compression::Compression;
 use exr::image::{AnyChannels, FlatSamples, Layer as Part};
 use exr::meta::MetaData;
+use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, ReadChannels, ReadLayers};
 
-use crate::codec::exr::broken;
+use crate::codec::exr::{broken, subsampled};
 use crate::colour::{Depth, Encoding, Primaries, Transfer};
 use crate::error::ErrorKind;
 use crate::format::Format;
@@ -25,6 +28,10 @@ use crate::limits;
 
 /// Reads a picture with its layers and its string attributes.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Picture, ErrorKind> {
+    if let Some((image, primaries)) = subsampled::decode(bytes)? {
+        let encoding = Encoding { transfer: Transfer::Linear, primaries, depth: Depth::Half };
+        return Ok(colours(image, primaries).with_encoding(encoding).into());
+    }
     check_size(bytes)?;
     let file = exr::prelude::read()
         .no_deep_data()
@@ -79,6 +86,35 @@ fn check_size(bytes: &[u8]) -> Result<(), ErrorKind> {
     }
     if total > bytes.len() as u64 * limits::DENSEST {
         return Err(broken("the file ends too soon"));
+    }
+    let dwa = |h: &Header| matches!(h.compression, Compression::DWAA(_) | Compression::DWAB(_));
+    if meta.headers.iter().any(dwa) { check_dwa(bytes) } else { Ok(()) }
+}
+
+/// Refuses a chunk of DWA compression whose head asks for more memory than its pixels can need: the library would try.
+fn check_dwa(bytes: &[u8]) -> Result<(), ErrorKind> {
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(refuse)?;
+    let headers = reader.headers().to_vec();
+    for chunk in reader.all_chunks(false).map_err(refuse)? {
+        let chunk = chunk.map_err(refuse)?;
+        let header = headers.get(chunk.layer_index).ok_or_else(|| broken("a chunk of no part"))?;
+        let data = match &chunk.compressed_block {
+            CompressedBlock::ScanLine(block) => &block.compressed_pixels_le,
+            CompressedBlock::Tile(block) => &block.compressed_pixels_le,
+            _ => continue,
+        };
+        let place = header.get_block_data_indices(&chunk.compressed_block).map_err(refuse)?;
+        let pixels = header.get_absolute_block_pixel_coordinates(place).map_err(refuse)?.size.area();
+        let size = pixels * header.channels.bytes_per_pixel;
+        if data.len() == size {
+            continue; // stored as it is
+        }
+        // Version, nine sizes and counts, and the kind of entropy coder; 8 bytes each.
+        let sizes = data.chunks_exact(8).skip(1).take(9).map(|b| b.iter().rev().fold(0, |v, &b| v << 8 | u64::from(b)));
+        // Blocks are padded to 8 pixels a side, and the tables beside them are small.
+        if sizes.into_iter().any(|s| s > 64 * (size as u64 + 4096)) {
+            return Err(broken("a DWA block contradicts its size"));
+        }
     }
     Ok(())
 }
