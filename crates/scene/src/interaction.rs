@@ -89,7 +89,8 @@ impl Interaction {
         Ray { time: self.time, ..Ray::new(offset_origin(self.p, self.p_error, self.n, w), w) }
     }
 
-    /// The ray that leaves towards the point `q` and ends shortly before it; `None` where the two points coincide.
+    /// The ray that leaves towards the point `q` and ends shortly before it; `None` where the two points coincide. A point of a surface is to be
+    /// moved off it before ([`Interaction::spawn_between`] does): rounding may have put it behind.
     #[inline]
     pub fn spawn_to(&self, q: Vec3) -> Option<Ray> {
         let o = offset_origin(self.p, self.p_error, self.n, q - self.p);
@@ -98,7 +99,13 @@ impl Interaction {
         (distance > 0.0 && distance.is_finite())
             .then(|| Ray { time: self.time, ..Ray::new(o, d / distance).until(distance * (1.0 - SHADOW_EPSILON)) })
     }
+
+    /// The ray between two surface points, clear of both surfaces; `None` where they coincide.
+    #[inline]
+    pub fn spawn_between(&self, y: &Self) -> Option<Ray> {
+        self.spawn_to(offset_origin(y.p, y.p_error, y.n, self.p - y.p))
+    }
 }
 
-/// How far before its goal a shadow ray ends, relative to its length.
-pub const SHADOW_EPSILON: f32 = 1e-4;
+/// How far before its goal a shadow ray ends, relative to its length: a few dozen roundings.
+pub const SHADOW_EPSILON: f32 = 1e-5;

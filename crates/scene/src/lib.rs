@@ -9,6 +9,7 @@
 //! looked at again. A scene knows nothing of films and of how it will be solved.
 
 pub mod compile;
+mod diagnose;
 pub mod emitter;
 pub mod ids;
 pub mod interaction;

@@ -26,6 +26,24 @@ use std::sync::Arc;
 pub struct CompileOptions {
     /// Film size in place of the file's, pixels.
     pub size: Option<[u32; 2]>,
+    /// Film width in place of the file's, pixels; the height follows in proportion unless it is given too.
+    pub width: Option<u32>,
+    /// Film height in place of the file's, pixels.
+    pub height: Option<u32>,
+}
+
+impl CompileOptions {
+    /// The film's size, given the file's.
+    pub(crate) fn film_size(&self, [w, h]: [u32; 2]) -> [u32; 2] {
+        let in_proportion = |n: u32, a: u32, b: u32| (f64::from(n) * f64::from(a) / f64::from(b.max(1))).round().max(1.0) as u32;
+        match (self.size, self.width, self.height) {
+            (Some(size), ..) => size,
+            (_, Some(w), Some(h)) => [w, h],
+            (_, Some(width), None) => [width, in_proportion(width, h, w)],
+            (_, None, Some(height)) => [in_proportion(height, w, h), height],
+            _ => [w, h],
+        }
+    }
 }
 
 /// The scene that `description` describes, or `None` where `diagnostics` holds errors.
@@ -85,7 +103,8 @@ impl<'a> Compiler<'a> {
     /// Trees over the surfaces, and the light sampler over the emitters; `None` where anything was wrong before.
     fn finish(self) -> Option<Scene> {
         if self.views.is_empty() && !self.diagnostics.has_errors() {
-            self.diagnostics.warning(None, "the scene has no sensor: nothing looks at it");
+            let text = "the scene has no sensor: it is shown by one of étendue's own";
+            self.diagnostics.warning(None, text).help("add a `sensor` to the scene");
         }
         if self.diagnostics.has_errors() {
             return None;
@@ -113,6 +132,9 @@ impl<'a> Compiler<'a> {
             has_transparent,
             triangles,
         };
+        if scene.views.is_empty() {
+            scene.views.push(View::looking_at(&scene.bounds, self.options.film_size([768, 576])));
+        }
         scene.lights = Lights::new(&scene);
         Some(scene)
     }

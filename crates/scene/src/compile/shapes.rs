@@ -115,8 +115,8 @@ impl<'a> Compiler<'a> {
                 let disk = Disk::new(&to_world, flip);
                 self.or_degenerate(params.span_of("to_world"), "disk", disk)
             }
-            "rectangle" => self.finished(params, load::rectangle(&to_world)),
-            "cube" => self.finished(params, load::cube(&to_world)),
+            "rectangle" => self.finished(params, Mesh::rectangle(&to_world)),
+            "cube" => self.finished(params, Mesh::cube(&to_world)),
             "sdfgrid" => self.sdf_grid(params, &to_world),
             _ => self.mesh_file(params, &to_world),
         }
@@ -224,7 +224,7 @@ impl<'a> Compiler<'a> {
         if data.indices.is_empty() {
             self.diagnostics.warning(params.span_of("filename"), format!("{} has no triangles", data.path.display()));
         }
-        let mesh = load::mesh(data, to_world, face_normals);
+        let mesh = Mesh::new(data, to_world, face_normals);
         self.finished(params, mesh)
     }
 
@@ -232,7 +232,7 @@ impl<'a> Compiler<'a> {
     fn finished(&mut self, params: &mut Params<'a>, mut mesh: Mesh) -> Option<Shape> {
         mesh.flip_normals = params.bool(self.diagnostics, "flip_normals", false);
         if mesh.positions.iter().all(|p| p.is_finite()) {
-            return Some(mesh.finish().into());
+            return Some(mesh.into());
         }
         let text = "`to_world` carries vertices of this mesh beyond the largest number there is";
         self.diagnostics.error(params.span_of("to_world"), text);

@@ -8,59 +8,63 @@ use etendue_description::MeshData;
 use etendue_numerics::{Transform, Vec2, Vec3};
 use glam::DVec3;
 
-/// A mesh file in its place. With `face_normals` faces are flat; else normals are made where the file has none.
-pub(crate) fn mesh(data: &MeshData, to_world: &Transform, face_normals: bool) -> Mesh {
-    let moved = |p: &Vec3| if *to_world == Transform::IDENTITY { *p } else { to_world.point_f64(p.as_dvec3()).as_vec3() };
-    let positions: Vec<Vec3> = data.positions.iter().map(moved).collect();
-    let normals = match (face_normals, data.normals.is_empty()) {
-        (true, _) => Vec::new(),
-        (false, false) => data.normals.iter().map(|n| to_world.normal(*n).normalize_or_zero()).collect(),
-        (false, true) => vertex_normals(&positions, &data.indices),
-    };
-    Mesh {
-        positions,
-        normals,
-        uvs: data.uvs.clone(),
-        indices: data.indices.clone(),
-        attributes: data.attributes.clone(),
-        ..Mesh::default()
+impl Mesh {
+    /// A mesh file in its place. With `face_normals` faces are flat; else normals are made where the file has none.
+    pub fn new(data: &MeshData, to_world: &Transform, face_normals: bool) -> Self {
+        let moved = |p: &Vec3| if *to_world == Transform::IDENTITY { *p } else { to_world.point_f64(p.as_dvec3()).as_vec3() };
+        let positions: Vec<Vec3> = data.positions.iter().map(moved).collect();
+        let normals = match (face_normals, data.normals.is_empty()) {
+            (true, _) => Vec::new(),
+            (false, false) => data.normals.iter().map(|n| to_world.normal(*n).normalize_or_zero()).collect(),
+            (false, true) => vertex_normals(&positions, &data.indices),
+        };
+        let mesh = Self {
+            positions,
+            normals,
+            uvs: data.uvs.clone(),
+            indices: data.indices.clone(),
+            attributes: data.attributes.clone(),
+            ..Self::default()
+        };
+        mesh.finish()
     }
-}
 
-/// The square [-1, 1]² at z = 0 with normal +z and texture coordinates from 0 to 1.
-pub(crate) fn rectangle(to_world: &Transform) -> Mesh {
-    let data = MeshData {
-        positions: vec![Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(1.0, 1.0, 0.0), Vec3::new(-1.0, 1.0, 0.0)],
-        normals: vec![Vec3::Z; 4],
-        uvs: vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y],
-        indices: vec![[0, 1, 2], [2, 3, 0]],
-        ..MeshData::default()
-    };
-    mesh(&data, to_world, false)
-}
+    /// The square [-1, 1]² at z = 0 with normal +z and texture coordinates from 0 to 1.
+    pub fn rectangle(to_world: &Transform) -> Self {
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+        let data = MeshData {
+            positions: corners.map(|uv| (2.0 * uv - 1.0).extend(0.0)).to_vec(),
+            normals: vec![Vec3::Z; 4],
+            uvs: corners.to_vec(),
+            indices: vec![[0, 1, 2], [2, 3, 0]],
+            ..MeshData::default()
+        };
+        Self::new(&data, to_world, false)
+    }
 
-/// The cube [-1, 1]³ with normals outwards; each face has texture coordinates from 0 to 1.
-pub(crate) fn cube(to_world: &Transform) -> Mesh {
-    // A face by its normal and the directions in which u and v grow.
-    const FACES: [[Vec3; 3]; 6] = [
-        [Vec3::NEG_Y, Vec3::Z, Vec3::X],
-        [Vec3::Y, Vec3::NEG_X, Vec3::NEG_Z],
-        [Vec3::X, Vec3::Y, Vec3::NEG_Z],
-        [Vec3::Z, Vec3::Y, Vec3::X],
-        [Vec3::NEG_X, Vec3::Y, Vec3::Z],
-        [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X],
-    ];
-    let mut data = MeshData::default();
-    for (face, [n, u, v]) in FACES.into_iter().enumerate() {
-        for uv in [Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO] {
-            data.positions.push(n + u * (2.0 * uv.x - 1.0) + v * (2.0 * uv.y - 1.0));
-            data.normals.push(n);
-            data.uvs.push(uv);
+    /// The cube [-1, 1]³ with normals outwards; each face has texture coordinates from 0 to 1.
+    pub fn cube(to_world: &Transform) -> Self {
+        // A face by its normal and the directions in which u and v grow.
+        const FACES: [[Vec3; 3]; 6] = [
+            [Vec3::NEG_Y, Vec3::Z, Vec3::X],
+            [Vec3::Y, Vec3::NEG_X, Vec3::NEG_Z],
+            [Vec3::X, Vec3::Y, Vec3::NEG_Z],
+            [Vec3::Z, Vec3::Y, Vec3::X],
+            [Vec3::NEG_X, Vec3::Y, Vec3::Z],
+            [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X],
+        ];
+        let mut data = MeshData::default();
+        for (face, [n, u, v]) in FACES.into_iter().enumerate() {
+            for uv in [Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO] {
+                data.positions.push(n + u * (2.0 * uv.x - 1.0) + v * (2.0 * uv.y - 1.0));
+                data.normals.push(n);
+                data.uvs.push(uv);
+            }
+            let first = 4 * face as u32;
+            data.indices.extend([[0, 1, 2], [3, 0, 2]].map(|t: [u32; 3]| t.map(|i| first + i)));
         }
-        let first = 4 * face as u32;
-        data.indices.extend([[0, 1, 2], [3, 0, 2]].map(|t: [u32; 3]| t.map(|i| first + i)));
+        Self::new(&data, to_world, false)
     }
-    mesh(&data, to_world, false)
 }
 
 /// Unit normals at the vertices, the mean of the normals of the faces around weighted by their angles; zero where no face says anything.

@@ -43,7 +43,7 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The same mesh; two triangles that make a flat quadrilateral become one primitive.
+    /// The same mesh, to be called when its fields are set: two triangles that make a flat quadrilateral become one primitive.
     pub fn finish(mut self) -> Self {
         self.quad = self.is_quad();
         self
