@@ -12,7 +12,7 @@
 
 use etendue_numerics::math;
 
-/// The weights of linear Rec.709 R, G, B in the luminance Y [ITU-R BT.709-6, §3.2, rounded as in BT.709's text].
+/// The weights of linear Rec.709 R, G, B in the luminance Y, to the four digits of [ITU-R BT.709-6, item 3.2].
 pub const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Y = 0.2126 R + 0.7152 G + 0.0722 B of a linear Rec.709 colour, in its unit.

@@ -94,13 +94,13 @@ impl fmt::Display for ImageError {
             ErrorKind::NotAPicture { first, foreign } => {
                 let expected = Format::list(|_| true);
                 match foreign {
-                    Some(name) => write!(f, "is a {name} file, which is not read here; expected one of {expected}"),
+                    Some(name) => write!(f, "is {name}, which is not read here; expected one of {expected}"),
                     None if first.is_empty() => write!(f, "is empty; expected a picture: {expected}"),
                     None => write!(f, "is no picture: it begins with {}; expected one of {expected}", Glimpse(first)),
                 }
             }
             ErrorKind::Corrupt(format, what) => write!(f, "is a broken {} file: {what}", format.name()),
-            ErrorKind::Unsupported(format, what) => write!(f, "is a {} file with {what}, which is not read here", format.name()),
+            ErrorKind::Unsupported(format, what) => write!(f, "is {} with {what}, which is not read here", format.name()),
             ErrorKind::TooLarge { width, height, channels } => write!(
                 f,
                 "a picture of {width} x {height} pixels with {channels} channels needs {} of memory; the limit is {} a side and {}",
@@ -108,7 +108,7 @@ impl fmt::Display for ImageError {
                 crate::limits::MAX_SIDE,
                 Amount(crate::limits::MAX_SAMPLES * 4),
             ),
-            ErrorKind::CannotHold(format, what) => write!(f, "a {} file cannot hold {what}", format.name()),
+            ErrorKind::CannotHold(format, what) => write!(f, "{} cannot hold {what}", format.name()),
             ErrorKind::Mismatch(what) => f.write_str(what),
         }
     }

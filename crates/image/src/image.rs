@@ -118,11 +118,17 @@ impl Image {
         self.channels.iter().map(String::as_str).eq(names.iter().copied())
     }
 
-    /// The channels at these places, in this order.
+    /// The channels at these places, under these names, in this order.
     pub(crate) fn pick(&self, places: &[(usize, &str)]) -> Image {
         let data = self.pixels().flat_map(|p| places.iter().map(|&(i, _)| p[i])).collect();
-        let channels = places.iter().map(|&(_, name)| name.to_owned()).collect();
-        Image { channels, data, ..*self }
+        let names: Vec<&str> = places.iter().map(|p| p.1).collect();
+        self.with_channels(&names, data)
+    }
+
+    /// Other numbers for the same pixels: `channels.len()` each.
+    pub(crate) fn with_channels(&self, channels: &[&str], data: Vec<f32>) -> Image {
+        debug_assert_eq!(data.len(), self.width * self.height * channels.len());
+        Image { channels: channels.iter().map(|&c| c.to_owned()).collect(), data, ..*self }
     }
 
     /// The three colour channels: `R` `G` `B`, or a grey three times, or the first channel three times where none has

@@ -12,7 +12,7 @@
 //! and FLIP in its two forms, see [`flip`]. Pixels that hold a number that is not finite, in the picture
 //! or in the reference, are counted and left out of the means; FLIP sees them as black.
 
-use crate::colour::{linear_to_srgb, luminance};
+use crate::colour::{LUMINANCE, linear_to_srgb};
 use crate::error::{ErrorKind, ImageError};
 use crate::flip;
 use crate::image::Image;
@@ -81,11 +81,7 @@ pub fn compare(picture: &Image, reference: &Image) -> Result<Comparison, ImageEr
         }
     }
     let samples = 3.0 * n as f64;
-    let y = |m: [f64; 3]| {
-        f64::from(luminance([1.0, 0.0, 0.0])) * m[0]
-            + f64::from(luminance([0.0, 1.0, 0.0])) * m[1]
-            + f64::from(luminance([0.0, 0.0, 1.0])) * m[2]
-    };
+    let y = |m: [f64; 3]| LUMINANCE.iter().zip(m).map(|(w, m)| f64::from(*w) * m).sum::<f64>();
     Ok(Comparison {
         mse: square / samples,
         rel_mse: relative / samples,

@@ -104,7 +104,7 @@ impl ToneMap {
     /// sRGB code values in [0, 1] of linear Rec.709 light.
     pub fn apply(&self, rgb: [f32; 3]) -> [f32; 3] {
         let scale = self.exposure.exp2();
-        // 0 · ∞ under an extreme exposure is no light.
+        // Where an extreme exposure makes 0 · ∞, the curve takes it for black.
         self.curve.apply(rgb.map(|x| x * scale)).map(linear_to_srgb)
     }
 
@@ -113,14 +113,9 @@ impl ToneMap {
     pub fn image(&self, image: &Image) -> Image {
         let linear = image.to_linear();
         let mut shown = linear.to_rgb();
-        if let Some(a) = linear.channel("A") {
-            let places = [(0, "R"), (1, "G"), (2, "B")];
-            let rgb = if linear.channel("R").is_some() {
-                places.map(|(_, name)| (linear.channel(name).unwrap_or(0), name))
-            } else {
-                places.map(|(_, name)| (linear.channel("Y").unwrap_or(0), name))
-            };
-            shown = linear.pick(&[rgb[0], rgb[1], rgb[2], (a, "A")]);
+        if let Some(alpha) = linear.channel("A") {
+            let data = shown.pixels().zip(linear.pixels()).flat_map(|(p, q)| [p[0], p[1], p[2], q[alpha]]).collect();
+            shown = linear.with_channels(&["R", "G", "B", "A"], data);
         }
         let n = shown.channel_count();
         for p in shown.data_mut().chunks_exact_mut(n) {

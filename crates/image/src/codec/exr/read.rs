@@ -205,3 +205,31 @@ fn colours(image: Image, primaries: Primaries) -> Image {
     }
     rgb
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::{Encoding as Packing, LayerAttributes, SpecificChannels, WritableImage};
+
+    /// A damaged DWA block once asked for 128 GiB and took the process down.
+    #[test]
+    fn dwa_blocks_may_not_ask_for_more_than_they_hold() {
+        let pixels = SpecificChannels::rgb(|p: exr::math::Vec2<usize>| (p.x() as f32, p.y() as f32, 0.5f32));
+        let packing = Packing { compression: Compression::DWAA(None), ..Packing::FAST_LOSSLESS };
+        let layer = Part::new((64, 64), LayerAttributes::default(), packing, pixels);
+        let mut file = Cursor::new(Vec::new());
+        exr::image::Image::from_layer(layer).write().to_buffered(&mut file).unwrap();
+        let mut bytes = file.into_inner();
+        assert_eq!(decode(&bytes).unwrap().image.width(), 64);
+
+        // Ten small numbers of 8 bytes follow the block's place and length: raise the first size.
+        let small = |b: &[u8]| b[0] == 2 && b[1..8].iter().all(|&b| b == 0);
+        let head = (0..bytes.len() - 88)
+            .rev()
+            .find(|&i| small(&bytes[i..]) && bytes[i..i + 88].chunks(8).all(|b| b[5..] == [0; 3]))
+            .unwrap();
+        bytes[head + 8 + 4] = 32;
+        let e = decode(&bytes).unwrap_err();
+        assert!(matches!(&e, ErrorKind::Corrupt(_, what) if what.contains("DWA")), "{e:?}");
+    }
+}
