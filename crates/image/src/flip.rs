@@ -127,6 +127,19 @@ mod tests {
         }
     }
 
+    /// The figures of the authors' own evaluator, version 1.7, for a bright square on a ramp of colours.
+    #[test]
+    fn agrees_with_the_authors() {
+        let ramp = |x: usize, y: usize| [x as f32 / 31.0, y as f32 / 31.0, 0.5];
+        let square = |x: usize, y: usize| if (8..16).contains(&x) && (8..16).contains(&y) { [1.0, 1.0, 0.0] } else { ramp(x, y) };
+        let flip = mean(&ldr(&image(32, 32, square), &image(32, 32, ramp)).unwrap());
+        assert!((flip - 0.168_379_5).abs() < 2e-5, "{flip}");
+        let bright = |p: [f32; 3]| p.map(|v| 16.0 * v);
+        let (a, b) = (image(32, 32, |x, y| bright(square(x, y))), image(32, 32, |x, y| bright(ramp(x, y))));
+        let flip = mean(&hdr(&a, &b).unwrap());
+        assert!((flip - 0.126_875_1).abs() < 2e-5, "{flip}");
+    }
+
     #[test]
     fn green_against_blue_is_the_farthest_of_colours() {
         // Constant pictures have no edges: ΔE = ΔC, and green against blue defines ΔC = 1 [Andersson et al. 2020, §4.1.3].
