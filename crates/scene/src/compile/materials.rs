@@ -9,6 +9,7 @@ use crate::material::{
 use crate::texture::{Color, ColorSlot, ScalarSlot, Texture};
 use etendue_bsdf::{Bsdf, Ndf, lobes};
 use etendue_description::{Kind, NodeId, Param, Params, Value};
+use etendue_numerics::spectrum::ior;
 
 /// Material models that are rendered.
 const MODELS: &[&str] = &[
@@ -151,13 +152,13 @@ impl<'a> Compiler<'a> {
             Value::Float(x) => *x as f32,
             Value::Integer(i) => *i as f32,
             Value::String(word) => {
-                let Some(ior) = ior::dielectric(&word.to_lowercase()) else {
+                let Some(ior) = ior::dielectric(word) else {
                     let text = format!("unknown index of refraction `{word}`");
                     let known = ior::DIELECTRICS.iter().map(|d| d.0);
                     self.diagnostics.error(param.value.span, text).suggest(word, known);
                     return default;
                 };
-                ior as f32
+                ior
             }
             other => {
                 let (model, found) = (&p.node.model.value, other.type_name());
@@ -231,14 +232,11 @@ impl<'a> Compiler<'a> {
             let span = p.span_of("material");
             if given {
                 self.diagnostics.error(span, "give either `material`, or `eta` and `k`");
-            } else if let Some(metal) = ior::conductor(name) {
-                let colour = |rgb: [f64; 3]| {
-                    let [r, g, b] = rgb.map(|x| x as f32);
-                    ColorSlot::Constant(Color::rgb(r, g, b))
-                };
-                (eta, k) = (colour(metal.eta), colour(metal.k));
+            } else if let Some(metal) = ior::Conductor::named(name) {
+                let (n, extinction) = metal.to_rgb();
+                (eta, k) = (ColorSlot::from(n), ColorSlot::from(extinction));
             } else if name != "none" {
-                let known = ior::CONDUCTORS.iter().copied().chain(["none"]);
+                let known = ior::conductor_names().chain(["none"]);
                 self.diagnostics.error(span, format!("unknown metal `{name}`")).suggest(name, known);
             }
         }
@@ -431,21 +429,5 @@ impl<'a> Compiler<'a> {
             }
         }
         Some(NormalMap { normals, options: options? }.into())
-    }
-}
-
-/// Named indices of refraction.
-mod ior {
-    pub const DIELECTRICS: &[(&str, f64)] = &[("vacuum", 1.0), ("air", 1.000277), ("bk7", 1.5046), ("polypropylene", 1.49)];
-    pub const CONDUCTORS: &[&str] = &[];
-    pub struct Metal {
-        pub eta: [f64; 3],
-        pub k: [f64; 3],
-    }
-    pub fn dielectric(name: &str) -> Option<f64> {
-        DIELECTRICS.iter().find(|d| d.0 == name).map(|d| d.1)
-    }
-    pub fn conductor(_name: &str) -> Option<Metal> {
-        None
     }
 }

@@ -6,13 +6,16 @@
 //! | --- | --- | --- | --- |
 //! | number x, `uniform` | (x, x, x) | (x, x, x) | (x, x, x) |
 //! | `rgb`, `srgb`, `d65` with a colour | as it is, within [0, 1] | as it is | as it is |
-//! | spectrum, one value x | (x, x, x) | x times the colour of the equal-energy light | (x, x, x) |
-//! | spectrum, samples | its colour under equal energy, clamped to [0, 1] | ∫ s x̄ȳz̄ / ∫ ȳ | as reflectance, not clamped |
-//! | `blackbody` | refused: it is a light | Planck's law, likewise | refused |
+//! | spectrum, one value x | (x, x, x) | x times equal energy | (x, x, x) |
+//! | spectrum, samples | under D65, clamped to [0, 1] | as it is | under D65 |
+//! | `blackbody` | refused: it is a light | Planck's law | refused |
+//!
+//! The integrals behind the last three rows are those of [`etendue_numerics::spectrum::cie`].
 
 use super::Compiler;
 use crate::texture::{Color, ColorSlot, ScalarSlot, Texture};
 use etendue_description::{Kind, NodeId, Param, Params, Span, SpectrumValue, Value};
+use etendue_numerics::spectrum::{SampledSpectrum, cie};
 use std::ops::RangeInclusive;
 
 /// What a spectrum stands for.
@@ -143,7 +146,16 @@ impl<'a> Compiler<'a> {
                 self.diagnostics.error(span, "a `blackbody` is a light: it cannot be a surface's parameter");
                 return None;
             }
-            ConstantSpectrum::Spectrum(s) => rgb_of(s, role),
+            ConstantSpectrum::Spectrum(s) => match rgb_of(s, role) {
+                Some(rgb) => {
+                    self.check_spectrum(s, role, span);
+                    rgb
+                }
+                None => {
+                    self.diagnostics.error(span, "a spectrum needs two or more finite values at rising wavelengths");
+                    return None;
+                }
+            },
             ConstantSpectrum::Texture(_) => return None,
         };
         let [r, g, b] = rgb.map(|x| x as f32);
@@ -152,6 +164,17 @@ impl<'a> Compiler<'a> {
         }
         self.diagnostics.error(span, format!("the colour ({r}, {g}, {b}) is not finite"));
         None
+    }
+
+    fn check_spectrum(&mut self, spectrum: &SpectrumValue, role: Role, span: Span) {
+        let values: Vec<f64> = match spectrum {
+            SpectrumValue::Constant(x) => vec![*x],
+            SpectrumValue::Samples(pairs) => pairs.iter().map(|p| p.1).collect(),
+            SpectrumValue::Blackbody { .. } => return,
+        };
+        if role == Role::Reflectance && !values.iter().all(|x| (0.0..=1.0).contains(x)) {
+            self.diagnostics.warning(span, "a reflectance outside 0 to 1: energy is not conserved");
+        }
     }
 
     /// What a node of a constant model says, read once.
@@ -291,7 +314,22 @@ impl<'a> Compiler<'a> {
     }
 }
 
-/// Linear Rec.709 of a spectrum in its role.
-fn rgb_of(_spectrum: &SpectrumValue, _role: Role) -> [f64; 3] {
-    [1.0; 3]
+/// Linear Rec.709 of a spectrum in its role; `None` where its wavelengths do not rise or its values are not finite.
+fn rgb_of(spectrum: &SpectrumValue, role: Role) -> Option<[f64; 3]> {
+    let rgb = match (spectrum, role) {
+        (SpectrumValue::Constant(x), Role::Emission) => cie::constant_emission_to_rgb(*x),
+        (SpectrumValue::Constant(x), _) => return Some([*x; 3]),
+        (SpectrumValue::Blackbody { kelvin, scale }, _) => {
+            return Some(cie::blackbody_to_rgb(*kelvin).map(|x| f64::from(x) * scale));
+        }
+        (SpectrumValue::Samples(pairs), role) => {
+            let samples = SampledSpectrum::new(pairs)?;
+            match role {
+                Role::Reflectance => cie::reflectance_to_rgb(&samples),
+                Role::Unbounded => cie::unbounded_to_rgb(&samples),
+                Role::Emission => cie::emission_to_rgb(&samples),
+            }
+        }
+    };
+    Some(rgb.map(f64::from))
 }

@@ -134,6 +134,11 @@ macro_rules! materials {
                 match self { $(Self::$model(m) => Model::events(m),)* }
             }
 
+            /// The model's name.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => stringify!($model),)* }
+            }
+
             /// The most lobes that it makes.
             pub fn lobes(&self) -> usize {
                 match self { $(Self::$model(m) => Model::lobes(m),)* }

@@ -159,8 +159,8 @@ impl Bitmap {
 mod tests {
     use super::*;
     use etendue_image::Image;
-    use glam::{DMat4, DVec3};
     use etendue_numerics::Transform;
+    use glam::{DMat4, DVec3};
 
     const W: usize = 4;
     const H: usize = 3;

@@ -23,8 +23,8 @@ mod uv;
 pub use bitmap::{Bitmap, FilterMode, WrapMode};
 pub use checkerboard::Checkerboard;
 pub use mesh_attribute::MeshAttribute;
-pub use texels::Texels;
 pub use slot::{Color, ColorSlot, ScalarSlot};
+pub use texels::Texels;
 pub use uv::UvMap;
 
 use crate::ids::SurfaceId;
@@ -55,6 +55,11 @@ macro_rules! textures {
         }
 
         impl Texture {
+            /// The model's name.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => stringify!($model),)* }
+            }
+
             /// The value at x.
             #[inline]
             pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {

@@ -80,6 +80,12 @@ pub enum ColorSlot {
     Texture(TextureId),
 }
 
+impl From<[f32; 3]> for ColorSlot {
+    fn from([r, g, b]: [f32; 3]) -> Self {
+        Self::Constant(Color::rgb(r, g, b))
+    }
+}
+
 impl ColorSlot {
     /// The value at x.
     #[inline]

@@ -51,7 +51,9 @@ mod tests {
 
     #[test]
     fn gradients_follow_the_chain_rule() {
-        let m = DMat4::from_translation(DVec3::new(0.3, 0.1, 9.0)) * DMat4::from_rotation_z(0.7) * DMat4::from_scale(DVec3::new(2.0, 3.0, 5.0));
+        let m = DMat4::from_translation(DVec3::new(0.3, 0.1, 9.0))
+            * DMat4::from_rotation_z(0.7)
+            * DMat4::from_scale(DVec3::new(2.0, 3.0, 5.0));
         let map = UvMap::from(&Transform::new(m).unwrap());
         let g = Vec2::new(0.4, -1.2);
         let f = |uv: Vec2| g.dot(map.apply(uv));
