@@ -84,6 +84,7 @@ impl Bsdf {
             return true;
         }
         let Some(slot) = self.slots.get_mut(self.len) else { return false };
+        let weight = weight.min(1e6);
         let select = weight * lobe.importance();
         self.events |= lobe.events();
         self.total += select;

@@ -68,7 +68,7 @@ impl Default for PrincipledParams {
             anisotropic: 0.0,
             metallic: 0.0,
             spec_trans: 0.0,
-            eta: eta_from_specular(0.5),
+            eta: eta_from_specular(0.5, 0.0),
             spec_tint: 0.0,
             sheen: 0.0,
             sheen_tint: 0.0,
@@ -83,8 +83,11 @@ impl Default for PrincipledParams {
 }
 
 /// η = 2/(1 - √(0.08 specular)) - 1: `specular` in [0, 1] spans a normal reflectance of 0 to 8 % [Burley 2012, §5.5].
-pub fn eta_from_specular(specular: f32) -> f32 {
-    2.0 / (1.0 - (0.08 * unit(specular)).sqrt()) - 1.0
+///
+/// Where `spec_trans` > 0 a `specular` of 0 is taken as 0.001: an interface without contrast cannot refract.
+pub fn eta_from_specular(specular: f32, spec_trans: f32) -> f32 {
+    let specular = if specular == 0.0 && spec_trans > 0.0 { 1e-3 } else { unit(specular) };
+    2.0 / (1.0 - (0.08 * specular).sqrt()) - 1.0
 }
 
 /// From metal and glass to cloth, by artist's parameters.

@@ -7,6 +7,9 @@
 //!
 //! F_p = (1 - spec_tint) F + spec_tint Schlick(tint R₀). The transmitted lobe is the reflected one turned through the sheet, of
 //! roughness (0.65 η - 0.35) · roughness [Burley 2015, fig. 15]; D', G' are taken at the half vector of `wo` and `wi` mirrored. Light is not bent.
+//!
+//! The transmitted lobe asks that `wi` (not its mirror image) lie behind the facet, which `wi` may do and `wo` in its place may not:
+//! at grazing angles the lobe is not reciprocal.
 
 use super::principled_terms::{alphas, diffuse, r0, schlick, tint, unit};
 use crate::{
@@ -210,7 +213,7 @@ impl Scatter for PrincipledThin {
         } else {
             (through(cosine_sample(u2)?), Event::TRANSMIT | Event::DIFFUSE)
         };
-        if (wi.z < 0.0) != event.transmits() {
+        if (wi.z < 0.0) != event.transmits() || (!event.intersects(Event::DIFFUSE) && half_vector(up, wi).is_none()) {
             return None;
         }
         let wi = if wo.z < 0.0 { -wi } else { wi };
