@@ -17,6 +17,7 @@ use crate::shape::{Geometry, Shape, SurfacePoint};
 use crate::texture::{ColorSlot, TextureContext};
 use etendue_numerics::math::{FRAC_1_PI, PI};
 use etendue_numerics::ray::offset_origin;
+use etendue_numerics::sequence::unit;
 use etendue_numerics::warp::{cosine_hemisphere_pdf, square_to_cosine_hemisphere};
 use etendue_numerics::{Frame, Pdf, Ray, Spectrum, Vec2, Wavelengths};
 
@@ -34,20 +35,21 @@ pub(super) fn texture_context<'a>(scene: &'a Scene, surface: SurfaceId, at: &Sur
     TextureContext { scene, uv: at.uv, surface, primitive: at.primitive, bary: at.bary }
 }
 
-/// The mean of a radiance over a primitive: of a texture by the values at a few points and its overall mean, half and half, so
-/// that no part of a light is held to be dark that may not be.
+/// The mean of a radiance over a primitive: of a texture by its values at a few points, more where there are few primitives.
 pub(super) fn mean_radiance(scene: &Scene, surface: SurfaceId, radiance: &ColorSlot, primitive: u32) -> Spectrum {
     let ColorSlot::Texture(_) = radiance else { return radiance.mean(scene) };
-    const POINTS: u32 = 16;
     let shape = &scene.surface(surface).shape;
-    let sum: Spectrum = (0..POINTS)
-        .map(|i| {
-            // A Hammersley set [Niederreiter 1992, §3.2]: i/n and the bits of i mirrored.
-            let u = Vec2::new((i as f32 + 0.5) / POINTS as f32, (i.reverse_bits() >> 28) as f32 / POINTS as f32);
-            radiance.eval(&texture_context(scene, surface, &shape.sample_area(primitive, u)), &Wavelengths::Rgb)
-        })
-        .sum();
-    (sum / POINTS as f32 + radiance.mean(scene)) * 0.5
+    let points = ((1 << 18) / shape.primitive_count().max(1)).clamp(4, 1 << 12);
+    let mut sum = [0f64; 3];
+    for i in 0..points {
+        // A Hammersley set [Niederreiter 1992, §3.2]: i/n and the bits of i mirrored.
+        let u = Vec2::new((i as f32 + 0.5) / points as f32, unit(i.reverse_bits()));
+        let at = shape.sample_area(primitive, u);
+        let le = radiance.eval(&texture_context(scene, surface, &at), &Wavelengths::Rgb).to_rgb();
+        sum.iter_mut().zip(le).for_each(|(s, l)| *s += f64::from(l));
+    }
+    let [r, g, b] = sum.map(|s| (s / f64::from(points)) as f32);
+    Spectrum::rgb(r, g, b)
 }
 
 impl Area {
@@ -113,7 +115,9 @@ impl Light for Area {
     }
 
     fn extent(&self, scene: &Scene, primitive: u32) -> Extent {
-        let brightness = scalar(mean_radiance(scene, self.surface, &self.radiance, primitive));
+        // A texture is seen at a few points only: half its overall mean keeps parts from being held to be dark that may not be.
+        let here = scalar(mean_radiance(scene, self.surface, &self.radiance, primitive));
+        let brightness = 0.5 * (here + scalar(self.radiance.mean(scene)));
         Extent::Bounded(LightBounds::of_surface(self.shape(scene), primitive, brightness))
     }
 }

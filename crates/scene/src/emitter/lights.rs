@@ -59,11 +59,11 @@ impl Lights {
             let id = EmitterId(i as u32);
             lights.first_emitting.push(lights.emitting.len() as u32);
             lights.first.push(None);
+            let own = flux.len();
             for primitive in 0..emitter.model.primitive_count(scene) {
                 let light = LightId { emitter: id, primitive };
-                let power = emitter.model.power_of(scene, primitive);
                 lights.emitting.push(light);
-                flux.push(scalar(power));
+                flux.push(scalar(emitter.model.power_of(scene, primitive)));
                 match emitter.model.extent(scene, primitive) {
                     Extent::Bounded(b) => {
                         lights.first[i].get_or_insert(lights.primitives.len() as u32);
@@ -83,6 +83,10 @@ impl Lights {
                 }
             }
             lights.power += emitter.model.power(scene);
+            // The flux of textured primitives is known from a few points of each: none is left without its chance.
+            let own = &mut flux[own..];
+            let least = 0.02 * own.iter().sum::<f32>() / own.len() as f32;
+            own.iter_mut().for_each(|f| *f = f.max(least));
         }
         lights.tree = LightTree::new(&bounds);
         lights.by_flux = (!flux.is_empty()).then(|| Table1D::new(&flux));

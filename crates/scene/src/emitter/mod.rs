@@ -125,6 +125,13 @@ macro_rules! models {
             }
         })*
 
+        impl Model {
+            /// The model's name.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => stringify!($model),)* }
+            }
+        }
+
         impl Light for Model {
             #[inline]
             fn le(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Spectrum {
@@ -217,10 +224,16 @@ impl Emitter {
     pub fn power(&self, scene: &Scene) -> Spectrum {
         self.model.power(scene)
     }
+
+    /// Whether no ray can meet it: it is a point, or shines in single directions.
+    pub fn is_delta(&self) -> bool {
+        !matches!(self.model, Model::Area(_) | Model::Environment(_) | Model::Constant(_))
+    }
 }
 
-/// One number for a colour where light is only weighed against light: the mean of the channels.
+/// One number for a colour where light is only weighed against light: the mean size of the channels. Colours beyond Rec.709 have
+/// channels below zero.
 pub(crate) fn scalar(s: Spectrum) -> f32 {
     let [r, g, b] = s.to_rgb();
-    (r + g + b) / 3.0
+    (r.abs() + g.abs() + b.abs()) / 3.0
 }

@@ -367,3 +367,7 @@ fn best_plane(items: &[Item], whole: &LightBounds, low: Vec3, size: Vec3) -> Opt
     }
     best.map(|(_, axis, plane)| (axis, plane))
 }
+
+#[cfg(test)]
+#[path = "tree_tests.rs"]
+mod tests;
