@@ -6,6 +6,7 @@ use common::{World, direction, transform, translation};
 use etendue_check::rng;
 use etendue_description::MeshData;
 use etendue_numerics::{Ray, Transform, Vec3};
+use etendue_scene::Interaction;
 use etendue_scene::shape::{Cylinder, Disk, Mesh, Shape, Sphere};
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 
@@ -25,14 +26,33 @@ fn places() -> Vec<Transform> {
     places
 }
 
+/// Whether x lies so near an edge of the cube that `place` carried to the world that f32 may not know on which side of it.
+fn on_edge_of_cube(place: &Transform, x: &Interaction) -> bool {
+    let mut local = place.matrix().inverse().transform_point3(x.p.as_dvec3()).abs().to_array();
+    local.sort_by(f64::total_cmp);
+    let error = f64::from(x.p_error.length() / place.vector(Vec3::X).length());
+    local[1] > 1.0 - 4.0 * error
+}
+
 /// A convex body, closed or flat: what leaves it outwards meets nothing, and what enters a closed one meets its inside.
-fn check_convex(name: &str, world: &World, center: Vec3, size: f32, closed: bool, seed: u64) {
+fn check_convex(
+    name: &str,
+    world: &World,
+    center: Vec3,
+    size: f32,
+    closed: bool,
+    seed: u64,
+    near_edge: impl Fn(&Interaction) -> bool,
+) {
     let mut rng = rng(seed);
     let mut met = 0;
     for _ in 0..20_000 {
         let o = center + direction(&mut rng) * size * 3.0;
         let aim = center + direction(&mut rng) * size * rng.u1();
         let Some(x) = world.look(o, aim - o) else { continue };
+        if near_edge(&x) {
+            continue;
+        }
         met += 1;
         assert!(x.n.dot(x.wo) != 0.0);
         for _ in 0..4 {
@@ -69,7 +89,8 @@ fn rays_leave_convex_shapes_for_good() {
         let center = place.point(Vec3::ZERO);
         let size = place.vector(Vec3::X).length();
         for (name, shape, closed) in convex_shapes(place) {
-            check_convex(&format!("{name} {i}"), &World::new(vec![shape]), center, size, closed, i as u64);
+            let on_edge = |x: &Interaction| name == "cube" && on_edge_of_cube(place, x);
+            check_convex(&format!("{name} {i}"), &World::new(vec![shape]), center, size, closed, i as u64, on_edge);
         }
     }
 }
@@ -84,7 +105,8 @@ fn rays_leave_instances_for_good() {
         let to_world = transform(place.matrix() * within.matrix().inverse());
         for (name, shape, closed) in convex_shapes(&within) {
             let world = World::instanced(vec![shape], vec![to_world]);
-            check_convex(&format!("instanced {name} {i}"), &world, center, size, closed, i as u64);
+            let on_edge = |x: &Interaction| name == "cube" && on_edge_of_cube(place, x);
+            check_convex(&format!("instanced {name} {i}"), &world, center, size, closed, i as u64, on_edge);
         }
     }
 }
@@ -138,7 +160,9 @@ fn rays_leave_thin_triangles_for_good() {
 #[test]
 fn grazing_rays_leave_a_large_floor() {
     let to_world = transform(DMat4::from_scale(DVec3::new(1e4, 1e4, 1.0)));
-    for place in [to_world, translation(0.0, 0.0, 100.3).then(&to_world), transform(DMat4::from_rotation_x(0.4) * to_world.matrix())] {
+    for place in
+        [to_world, translation(0.0, 0.0, 100.3).then(&to_world), transform(DMat4::from_rotation_x(0.4) * to_world.matrix())]
+    {
         let world = World::new(vec![Mesh::rectangle(&place).into()]);
         let n = place.normal(Vec3::Z).normalize();
         let mut rng = rng(9);

@@ -13,15 +13,37 @@ use crate::settings::Integrator;
 use etendue_description::{Dialect, Kind, NodeId, Params, nearest};
 
 const MODELS: &[&str] = &[
-    "aov", "depth", "direct", "direct_projective", "moment", "path", "prb", "prb_basic", "prb_projective", "prbvolpath", "ptracer",
-    "volpath", "volpathmis",
+    "aov",
+    "depth",
+    "direct",
+    "direct_projective",
+    "moment",
+    "path",
+    "prb",
+    "prb_basic",
+    "prb_projective",
+    "prbvolpath",
+    "ptracer",
+    "volpath",
+    "volpathmis",
 ];
 
 const REFUSED: &[(&str, &str)] = &[("stokes", "polarised light cannot be rendered")];
 
 /// What a layer of `aov` may hold.
 const LAYERS: &[&str] = &[
-    "albedo", "depth", "position", "uv", "geo_normal", "sh_normal", "dp_du", "dp_dv", "duv_dx", "duv_dy", "prim_index", "shape_index",
+    "albedo",
+    "depth",
+    "position",
+    "uv",
+    "geo_normal",
+    "sh_normal",
+    "dp_du",
+    "dp_dv",
+    "duv_dx",
+    "duv_dy",
+    "prim_index",
+    "shape_index",
     "boundary_test",
 ];
 

@@ -9,9 +9,8 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 
 /// What is rendered.
-const MODELS: &[&str] = &[
-    "cube", "cylinder", "disk", "instance", "merge", "obj", "ply", "rectangle", "sdfgrid", "serialized", "shapegroup", "sphere",
-];
+const MODELS: &[&str] =
+    &["cube", "cylinder", "disk", "instance", "merge", "obj", "ply", "rectangle", "sdfgrid", "serialized", "shapegroup", "sphere"];
 
 /// What Mitsuba knows and étendue refuses, with the reason.
 const REFUSED: &[(&str, &str)] = &[
@@ -83,9 +82,8 @@ impl<'a> Compiler<'a> {
         let emitters = params.children(Kind::Emitter);
 
         // Where the geometry failed the emitter is compiled all the same, to hear of its mistakes.
-        let surface = shape.map(|shape| {
-            self.surfaces.push(Surface { shape, material, emitter: None, node: id, instanced: group.is_some() })
-        });
+        let surface =
+            shape.map(|shape| self.surfaces.push(Surface { shape, material, emitter: None, node: id, instanced: group.is_some() }));
         if let (Some(group), Some(surface)) = (group, surface) {
             self.shapes.groups[group].surfaces.push(surface);
         }
@@ -277,7 +275,9 @@ impl<'a> Compiler<'a> {
                 let model = &self.description.node(id).model.value;
                 if model != "shapegroup" {
                     let text = format!("`instance` shows a `shapegroup`, not a `{model}`");
-                    self.diagnostics.error(param.value.span, text).help("wrap the shape in a `shapegroup` with an id and refer to it");
+                    self.diagnostics
+                        .error(param.value.span, text)
+                        .help("wrap the shape in a `shapegroup` with an id and refer to it");
                 } else if let (Some(group), Some(to_world)) = (self.group(id), to_world) {
                     self.shapes.instances.push(Instance { group, to_world });
                 }

@@ -103,5 +103,4 @@ impl Geometry for Cylinder {
         let c = self.to_object.transform_point3(at.p.as_dvec3()).truncate().normalize_or(DVec2::X);
         pdf_direction_by_area((f64::from(TAU) * self.stretch(c)) as f32, from, at)
     }
-
 }

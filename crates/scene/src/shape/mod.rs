@@ -10,9 +10,9 @@ mod cylinder;
 mod disk;
 pub(crate) mod load;
 mod mesh;
+mod quadratic;
 pub mod sample;
 mod sdf_grid;
-mod quadratic;
 mod sphere;
 mod spherical;
 

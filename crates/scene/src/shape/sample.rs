@@ -31,16 +31,7 @@ pub struct SurfacePoint {
 impl From<&Interaction> for SurfacePoint {
     /// The point that a ray met, without its density by area.
     fn from(x: &Interaction) -> Self {
-        Self {
-            p: x.p,
-            p_error: x.p_error,
-            n: x.n,
-            ns: x.shading.n,
-            uv: x.uv,
-            primitive: x.primitive,
-            bary: x.bary,
-            pdf_a: 0.0,
-        }
+        Self { p: x.p, p_error: x.p_error, n: x.n, ns: x.shading.n, uv: x.uv, primitive: x.primitive, bary: x.bary, pdf_a: 0.0 }
     }
 }
 

@@ -217,7 +217,11 @@ impl Cubic {
         let mut t = 0.5 * (a + b);
         for _ in 0..64 {
             let f = self.at(t);
-            if (f >= 0.0) == positive { a = t } else { b = t }
+            if (f >= 0.0) == positive {
+                a = t
+            } else {
+                b = t
+            }
             let newton = t - f / self.slope(t);
             let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
             if (next - t).abs() <= 1e-12 * t.abs() {

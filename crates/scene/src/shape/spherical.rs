@@ -88,7 +88,8 @@ mod tests {
 
     #[test]
     fn the_cut_vertex_cuts_the_stated_fraction() {
-        let t = SphericalTriangle::new(Vec3::ZERO, [Vec3::new(1.0, 0.2, 0.1), Vec3::new(-0.1, 2.0, 0.3), Vec3::new(0.3, -0.2, 0.9)]);
+        let t =
+            SphericalTriangle::new(Vec3::ZERO, [Vec3::new(1.0, 0.2, 0.1), Vec3::new(-0.1, 2.0, 0.3), Vec3::new(0.3, -0.2, 0.9)]);
         for fraction in [0.1f32, 0.5, 0.9] {
             // u.y = 1 gives the cut vertex itself: a point of edge p0 p2, that is b1 = 0.
             let b = t.sample(Vec2::new(fraction, 1.0));
