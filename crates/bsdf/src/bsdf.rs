@@ -9,7 +9,7 @@
 //! One lobe in the shading frame, the common case, costs one branch more than the lobe itself. A `Bsdf` with room for
 //! [`Bsdf::MAX_LOBES`] is about a kilobyte of which only the lobes in use are ever touched: build it in place, pass it by reference.
 
-use crate::{BsdfSample, Event, Lobe, Perturbation, Scatter, lobes::Null, local::stretch};
+use crate::{BsdfSample, Event, Lobe, Perturbation, Scatter, local::stretch};
 use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3};
 
 /// A lobe with its weight and frame.
@@ -25,7 +25,8 @@ struct Slot {
 /// What a surface does at one hit, as numbers only.
 #[derive(Clone, Copy, Debug)]
 pub struct Bsdf {
-    slots: [Slot; Bsdf::MAX_LOBES],
+    /// The first `len` are taken. An empty slot is a tag and nothing else, so that a new surface is eight small stores.
+    slots: [Option<Slot>; Bsdf::MAX_LOBES],
     len: usize,
     events: Event,
     /// Σ select.
@@ -54,8 +55,7 @@ impl Bsdf {
     /// A surface that absorbs all light.
     #[inline]
     pub const fn new() -> Self {
-        const EMPTY: Slot = Slot { lobe: Lobe::Null(Null), frame: None, weight: 0.0, select: 0.0 };
-        Self { slots: [EMPTY; Self::MAX_LOBES], len: 0, events: Event::NONE, total: 0.0 }
+        Self { slots: [None; Self::MAX_LOBES], len: 0, events: Event::NONE, total: 0.0 }
     }
 
     /// How many lobes it has: a mark for the `_since` methods.
@@ -88,29 +88,29 @@ impl Bsdf {
         let select = weight * lobe.importance();
         self.events |= lobe.events();
         self.total += select;
-        *slot = Slot { lobe, frame, weight, select };
+        *slot = Some(Slot { lobe, frame, weight, select });
         self.len += 1;
         true
     }
 
     /// Adds `weight` times another surface, frames and all; `false` where there is no room for all of it.
     pub fn append(&mut self, weight: f32, other: &Self) -> bool {
-        other.lobes().iter().all(|s| self.insert(weight * s.weight, s.lobe, s.frame))
+        other.lobes().all(|s| self.insert(weight * s.weight, s.lobe, s.frame))
     }
 
     /// Multiplies the lobes from number `mark` on by `weight`, which must not be negative.
     pub fn scale_since(&mut self, mark: usize, weight: f32) {
         let w = if weight.is_finite() { weight.max(0.0) } else { 0.0 };
-        for slot in &mut self.slots[mark.min(self.len)..self.len] {
+        for slot in self.slots.iter_mut().skip(mark).flatten() {
             slot.weight *= w;
             slot.select *= w;
         }
-        self.total = self.lobes().iter().map(|s| s.select).sum();
+        self.total = self.lobes().map(|s| s.select).sum();
     }
 
     /// Puts the lobes from number `mark` on into a frame, outside of those they have already.
     pub fn perturb_since(&mut self, mark: usize, frame: &Perturbation) {
-        for slot in &mut self.slots[mark.min(self.len)..self.len] {
+        for slot in self.slots.iter_mut().skip(mark).flatten() {
             slot.frame = Some(slot.frame.map_or(*frame, |inner| frame.then(&inner)));
         }
     }
@@ -147,11 +147,11 @@ impl Bsdf {
         if wo.z * wi.z >= 0.0 {
             return 1.0;
         }
-        if let [slot] = self.lobes() {
+        if let Some(slot) = self.only() {
             return slot.path_eta(wo);
         }
         let (mut f, mut scaled) = (0.0, 0.0);
-        for slot in self.lobes().iter().filter(|s| s.lobe.events().transmits()) {
+        for slot in self.lobes().filter(|s| s.lobe.events().transmits()) {
             let x = slot.eval(wo, wi).max_lane();
             let eta = slot.path_eta(wo);
             f += x;
@@ -161,14 +161,52 @@ impl Bsdf {
     }
 
     #[inline]
-    fn lobes(&self) -> &[Slot] {
-        &self.slots[..self.len.min(Self::MAX_LOBES)]
+    fn lobes(&self) -> impl Iterator<Item = &Slot> {
+        self.slots.iter().map_while(Option::as_ref)
+    }
+
+    /// The lobe, where there is just one.
+    #[inline]
+    fn only(&self) -> Option<&Slot> {
+        if self.len == 1 { self.slots[0].as_ref() } else { None }
+    }
+
+    /// The lobe whose share of [0, total) holds u1, and u1 stretched over that share.
+    fn choose(&self, u1: f32) -> Option<(usize, &Slot, f32)> {
+        let mut at = u1 * self.total;
+        let mut chosen = None;
+        for (k, slot) in self.lobes().enumerate().filter(|(_, slot)| slot.select > 0.0) {
+            if let Some((_, before, _)) = chosen {
+                let before: &Slot = before;
+                at -= before.select;
+            }
+            // Rounding may carry u1 beyond the last share: then the last lobe has it.
+            chosen = Some((k, slot, stretch(at, 0.0, slot.select)));
+            if at < slot.select {
+                break;
+            }
+        }
+        chosen
+    }
+
+    fn sample_sum(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        let (chosen, slot, u1) = self.choose(u1)?;
+        let mut s = slot.sample(wo, u1, u2)?;
+        match s.pdf {
+            Pdf::SolidAngle(_) => self.mixed(chosen, wo, s),
+            Pdf::Delta(p) => {
+                let q = slot.select / self.total;
+                s.weight *= slot.weight / q;
+                s.pdf = Pdf::Delta(p * q);
+                Some(s)
+            }
+        }
     }
 
     /// The mixture's weight and density at the smooth sample `s` of the lobe `chosen`.
     fn mixed(&self, chosen: usize, wo: Vec3, mut s: BsdfSample) -> Option<BsdfSample> {
         let (mut f_cos, mut pdf) = (Spectrum::ZERO, 0.0);
-        for (k, slot) in self.lobes().iter().enumerate() {
+        for (k, slot) in self.lobes().enumerate() {
             let q = slot.select / self.total;
             let (f_k, p_k) = if k == chosen {
                 let p = s.pdf.value();
@@ -239,57 +277,30 @@ impl Slot {
 impl Scatter for Bsdf {
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        self.lobes().iter().map(|s| s.eval(wo, wi)).sum()
+        match self.only() {
+            Some(slot) => slot.eval(wo, wi),
+            None => self.lobes().map(|s| s.eval(wo, wi)).sum(),
+        }
     }
 
     #[inline]
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match self.lobes() {
-            [] => 0.0,
-            [slot] => slot.pdf(wo, wi),
-            _ if self.total <= 0.0 => 0.0,
-            slots => slots.iter().map(|s| s.select * s.pdf(wo, wi)).sum::<f32>() / self.total,
+        match self.only() {
+            Some(slot) => slot.pdf(wo, wi),
+            None if self.total <= 0.0 => 0.0,
+            None => self.lobes().map(|s| s.select * s.pdf(wo, wi)).sum::<f32>() / self.total,
         }
     }
 
     #[inline]
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
-        match self.lobes() {
-            [] => None,
-            [slot] => {
+        match self.only() {
+            Some(slot) => {
                 let mut s = slot.sample(wo, u1, u2)?;
                 s.weight *= slot.weight;
                 Some(s)
             }
-            slots => {
-                if self.total <= 0.0 {
-                    return None;
-                }
-                // Which lobe: the one whose share of [0, total) holds u1.
-                let mut at = u1 * self.total;
-                let mut chosen = slots.iter().rposition(|s| s.select > 0.0)?;
-                for (k, slot) in slots.iter().enumerate() {
-                    if at < slot.select {
-                        chosen = k;
-                        break;
-                    }
-                    if k == chosen {
-                        break;
-                    }
-                    at -= slot.select;
-                }
-                let slot = &slots[chosen];
-                let mut s = slot.sample(wo, stretch(at, 0.0, slot.select), u2)?;
-                match s.pdf {
-                    Pdf::SolidAngle(_) => self.mixed(chosen, wo, s),
-                    Pdf::Delta(p) => {
-                        let q = slot.select / self.total;
-                        s.weight *= slot.weight / q;
-                        s.pdf = Pdf::Delta(p * q);
-                        Some(s)
-                    }
-                }
-            }
+            None => self.sample_sum(wo, u1, u2),
         }
     }
 
@@ -299,28 +310,28 @@ impl Scatter for Bsdf {
     }
 
     fn albedo(&self, wo: Vec3) -> Spectrum {
-        self.lobes().iter().filter_map(|s| Some(s.lobe.albedo(s.local(wo)?) * s.weight)).sum()
+        self.lobes().filter_map(|s| Some(s.lobe.albedo(s.local(wo)?) * s.weight)).sum()
     }
 
     fn diffuse_reflectance(&self) -> Spectrum {
-        self.lobes().iter().map(|s| s.lobe.diffuse_reflectance() * s.weight).sum()
+        self.lobes().map(|s| s.lobe.diffuse_reflectance() * s.weight).sum()
     }
 
     /// The narrowest of its lobes; 1 where there is none.
     fn roughness(&self) -> f32 {
-        self.lobes().iter().map(|s| s.lobe.roughness()).fold(1.0, f32::min)
+        self.lobes().map(|s| s.lobe.roughness()).fold(1.0, f32::min)
     }
 
     /// The index of its first lobe that bends light; 1 where none does.
     fn eta(&self) -> f32 {
-        self.lobes().iter().map(|s| s.lobe.eta()).find(|eta| *eta != 1.0).unwrap_or(1.0)
+        self.lobes().map(|s| s.lobe.eta()).find(|eta| *eta != 1.0).unwrap_or(1.0)
     }
 
     fn transparency(&self, wo: Vec3) -> Spectrum {
         if !self.events.has_null() {
             return Spectrum::ZERO;
         }
-        self.lobes().iter().filter_map(|s| Some(s.lobe.transparency(s.local(wo)?) * s.weight)).sum()
+        self.lobes().filter_map(|s| Some(s.lobe.transparency(s.local(wo)?) * s.weight)).sum()
     }
 
     fn importance(&self) -> f32 {

@@ -8,7 +8,10 @@ use crate::{
     fresnel::{self, diffuse_average, reflect_z},
     local::{clean, clean_eta, cosine_pdf, cosine_sample, dirac, mean, smooth},
 };
-use etendue_numerics::{Spectrum, Vec2, Vec3, math::FRAC_1_PI};
+use etendue_numerics::{
+    Spectrum, Vec2, Vec3,
+    math::{FRAC_1_PI, PI},
+};
 
 /// What a [`Plastic`] or [`crate::lobes::RoughPlastic`] surface is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,30 +41,41 @@ impl Default for PlasticParams {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plastic {
     base: Base,
-    eta: f32,
 }
 
 /// The diffuse base and what both plastics derive from their parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Base {
-    /// ρ as given.
-    pub reflectance: Spectrum,
     /// ρ/(1 - F_dr ρ') / (π η²).
     pub f: Spectrum,
     /// The factor on the mirrored part.
     pub specular: Spectrum,
+    /// η.
+    pub eta: f32,
     /// The share of the mirrored part among both, before Fresnel.
-    pub specular_share: f32,
+    specular_share: f32,
+    /// F_dr.
+    internal: f32,
+    nonlinear: bool,
 }
 
 impl Base {
-    /// `internal` = F_dr, the reflectance of the varnish for diffuse light from inside.
-    pub fn new(p: &PlasticParams, eta: f32, internal: f32) -> Self {
+    /// `internal` = F_dr(η), the reflectance of the varnish for diffuse light from inside.
+    pub fn new(p: &PlasticParams, internal: impl Fn(f32) -> f32) -> Self {
+        let eta = clean_eta(p.eta);
+        let internal = internal(eta);
         let (reflectance, specular) = (clean(p.diffuse_reflectance), clean(p.specular_reflectance));
         let kept = if p.nonlinear { reflectance } else { Spectrum::ONE };
         let f = reflectance / (Spectrum::ONE - kept * internal).max(1e-4) * (FRAC_1_PI / (eta * eta));
         let (d, s) = (mean(reflectance), mean(specular));
-        Self { reflectance, f, specular, specular_share: if d + s > 0.0 { s / (d + s) } else { 0.5 } }
+        let specular_share = if d + s > 0.0 { s / (d + s) } else { 0.5 };
+        Self { f, specular, eta, specular_share, internal, nonlinear: p.nonlinear }
+    }
+
+    /// ρ, by the inverse of what made `f`: it is asked for seldom.
+    pub fn reflectance(&self) -> Spectrum {
+        let y = self.f * (PI * self.eta * self.eta);
+        if self.nonlinear { y / (Spectrum::ONE + y * self.internal) } else { y * (1.0 - self.internal).max(1e-4) }
     }
 
     /// The probability of the mirrored part where the varnish lets `t` of the light in.
@@ -75,14 +89,13 @@ impl Base {
 impl Plastic {
     /// The lobe of these parameters.
     pub fn new(p: PlasticParams) -> Self {
-        let eta = clean_eta(p.eta);
-        Self { base: Base::new(&p, eta, diffuse_average(1.0 / eta)), eta }
+        Self { base: Base::new(&p, |eta| diffuse_average(1.0 / eta)) }
     }
 
     /// 1 - F.
     #[inline]
     fn enters(&self, cos: f32) -> f32 {
-        1.0 - fresnel::dielectric(cos, self.eta).f
+        1.0 - fresnel::dielectric(cos, self.base.eta).f
     }
 }
 
@@ -120,11 +133,11 @@ impl Scatter for Plastic {
     }
 
     fn albedo(&self, wo: Vec3) -> Spectrum {
-        Spectrum::lerp(self.enters(wo.z.max(0.0)), self.base.specular, self.base.reflectance)
+        Spectrum::lerp(self.enters(wo.z.max(0.0)), self.base.specular, self.base.reflectance())
     }
 
     fn diffuse_reflectance(&self) -> Spectrum {
-        self.base.reflectance
+        self.base.reflectance()
     }
 
     fn roughness(&self) -> f32 {
@@ -132,6 +145,6 @@ impl Scatter for Plastic {
     }
 
     fn importance(&self) -> f32 {
-        self.base.reflectance.max_lane().max(self.base.specular.max_lane())
+        self.base.reflectance().max_lane().max(self.base.specular.max_lane())
     }
 }

@@ -7,7 +7,7 @@ use super::{PlasticParams, plastic::Base, rough_conductor::half_vector};
 use crate::{
     BsdfSample, Event, Microfacets, Ndf, Scatter,
     fresnel::{self, reflect},
-    local::{clean_eta, cosine_pdf, cosine_sample, smooth},
+    local::{cosine_pdf, cosine_sample, smooth},
     microfacet::transmittance::RoughTransmittance,
 };
 use etendue_numerics::{Spectrum, Vec2, Vec3};
@@ -44,22 +44,20 @@ pub struct RoughPlastic {
     base: Base,
     boundary: RoughTransmittance,
     facets: Microfacets,
-    eta: f32,
 }
 
 impl RoughPlastic {
     /// The lobe of these parameters; `boundary` is their [`RoughPlasticParams::transmittance`].
     pub fn new(p: RoughPlasticParams, boundary: &RoughTransmittance) -> Self {
-        let eta = clean_eta(p.plastic.eta);
-        let base = Base::new(&p.plastic, eta, boundary.internal_reflectance());
-        Self { base, boundary: *boundary, facets: Microfacets::new(p.ndf, p.alpha, p.alpha, p.sample_visible), eta }
+        let base = Base::new(&p.plastic, |_| boundary.internal_reflectance());
+        Self { base, boundary: *boundary, facets: Microfacets::new(p.ndf, p.alpha, p.alpha, p.sample_visible) }
     }
 }
 
 impl Scatter for RoughPlastic {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let Some(m) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.eta).f * self.facets.dg(wo, wi, m);
+        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.base.eta).f * self.facets.dg(wo, wi, m);
         self.base.specular * varnish + self.base.f * (self.boundary.at(wo.z) * self.boundary.at(wi.z))
     }
 
@@ -86,11 +84,11 @@ impl Scatter for RoughPlastic {
     }
 
     fn albedo(&self, wo: Vec3) -> Spectrum {
-        Spectrum::lerp(self.boundary.at(wo.z), self.base.specular, self.base.reflectance)
+        Spectrum::lerp(self.boundary.at(wo.z), self.base.specular, self.base.reflectance())
     }
 
     fn diffuse_reflectance(&self) -> Spectrum {
-        self.base.reflectance
+        self.base.reflectance()
     }
 
     fn roughness(&self) -> f32 {
@@ -98,6 +96,6 @@ impl Scatter for RoughPlastic {
     }
 
     fn importance(&self) -> f32 {
-        self.base.reflectance.max_lane().max(self.base.specular.max_lane())
+        self.base.reflectance().max_lane().max(self.base.specular.max_lane())
     }
 }

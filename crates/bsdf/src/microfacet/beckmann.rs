@@ -3,7 +3,9 @@
 //! Seen under the angle θ, slopes x in the plane of sight have the density
 //! p(x) ∝ (cosθ - x sinθ) e^(-x²) for x < cotθ [Heitz and d'Eon 2014, eq. 5], with the integral
 //! C(x) = (√π/2) cosθ (1 + erf x) + ½ sinθ e^(-x²); the other slope is Gaussian. C(x) = u C(cotθ) is solved for y = erf x by Newton's
-//! method inside a bracket, from the solution at grazing incidence [Jakob 2014], so that the map is smooth in u.
+//! method inside a bracket, in the domain of y as [Jakob 2014], so that the map is smooth in u. The start blends the exact solutions at
+//! normal (y = (1 + erf cotθ) u - 1) and at grazing incidence (1 + y = (1 + erf cotθ) (1 - erf √(-ln u)), up to the end of the interval);
+//! two or three steps do.
 
 use super::erf::{erf, erf_inv};
 use etendue_numerics::{
@@ -43,14 +45,16 @@ fn slope(cos: f32, sin: f32, u: f32) -> f32 {
     let target = u * (HALF_SQRT_PI * cos * (1.0 + top) + 0.5 * sin * end);
 
     let (mut low, mut high) = (-ALMOST_ONE, top);
-    let start = top - (top + 1.0) * erf(safe_sqrt(-ln(u.max(1e-7))));
-    let mut y = start.clamp(low, high);
+    let normal = (top + 1.0) * u - 1.0;
+    let grazing = top - (top + 1.0) * erf(safe_sqrt(-ln(u.max(1e-7))));
+    let mut y = (normal + sin * (grazing - normal)).clamp(low, high);
     for _ in 0..8 {
         let x = erf_inv(y);
         let excess = HALF_SQRT_PI * cos * (1.0 + y) + 0.5 * sin * exp(-x * x) - target;
         // dC/dy = (√π/2) (cosθ - x sinθ), which vanishes at the end x = cotθ.
         let next = y - excess / (HALF_SQRT_PI * (cos - x * sin));
-        if (next - y).abs() < 1e-6 {
+        // Convergence is quadratic: a step of 1e-4 is the last that matters.
+        if (next - y).abs() < 1e-4 && next < high + 1e-7 {
             y = next;
             break;
         }

@@ -3,8 +3,8 @@
 //! T(μ) = ∫ (1 - F(wo·m)) G1(wt, m) p_visible(m; wo) dm, μ = cosθ_o, wt the refracted direction: what enters a coated material of
 //! index η = interior/exterior, single scattering.
 //!
-//! T is computed once per material by Gauss quadrature over the sampling square and kept as sixteen Chebyshev coefficients in √μ, so
-//! that a lobe stays a small Copy value; the error is below 10⁻³ for α in [10⁻⁴, 1] and η in [1.05, 3] (tested). The square root
+//! T is computed once per material by Gauss quadrature over the sampling square and kept as sixteen Chebyshev coefficients in √μ, 16
+//! bits each, so that a lobe stays a small Copy value; the error is below 10⁻³ for α in [10⁻⁴, 1] and η in [1.05, 3] (tested). The square root
 //! spreads the grazing angles, where T bends on the scale of α.
 //!
 //! The internal reflectance is R = (2/64) Σ μ_k R_int(μ_k) over 64 equally spaced cosines from 0 to 1, both ends counted in full. That
@@ -18,13 +18,16 @@ use std::f64::consts::PI;
 
 /// Coefficients kept.
 const TERMS: usize = 16;
+/// The unit of a coefficient; none exceeds 1, since 0 ≤ T ≤ 1 bounds the first and twice its spread the others.
+const SCALE: f32 = 16_384.0;
 /// Cosines that the internal reflectance averages over.
 const COSINES: usize = 64;
 
 /// T(μ) and the internal reflectance of a rough boundary; make one per material, not per hit (some milliseconds).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughTransmittance {
-    chebyshev: [f32; TERMS],
+    /// Coefficients times [`SCALE`].
+    chebyshev: [i16; TERMS],
     internal: f32,
 }
 
@@ -50,9 +53,9 @@ impl RoughTransmittance {
         let x2 = 4.0 * mu.max(0.0).sqrt() - 2.0;
         let (mut b1, mut b2) = (0.0, 0.0);
         for c in self.chebyshev[1..].iter().rev() {
-            (b1, b2) = (c + x2 * b1 - b2, b1);
+            (b1, b2) = (f32::from(*c) + x2 * b1 - b2, b1);
         }
-        (self.chebyshev[0] + 0.5 * x2 * b1 - b2).clamp(0.0, 1.0)
+        ((f32::from(self.chebyshev[0]) + 0.5 * x2 * b1 - b2) * (1.0 / SCALE)).clamp(0.0, 1.0)
     }
 
     /// The reflectance for diffuse light from inside, in [0, 1).
@@ -63,12 +66,12 @@ impl RoughTransmittance {
 }
 
 /// The interpolant of `f` at the Chebyshev nodes of √μ.
-fn fit(f: impl Fn(f64) -> f64) -> [f32; TERMS] {
+fn fit(f: impl Fn(f64) -> f64) -> [i16; TERMS] {
     let angle = |j: usize| PI * (j as f64 + 0.5) / TERMS as f64;
     let values: [f64; TERMS] = std::array::from_fn(|j| f((0.5 * (angle(j).cos() + 1.0)).powi(2)));
     std::array::from_fn(|k| {
         let sum: f64 = values.iter().enumerate().map(|(j, v)| v * (k as f64 * angle(j)).cos()).sum();
-        (sum * if k == 0 { 1.0 } else { 2.0 } / TERMS as f64) as f32
+        (sum * if k == 0 { 1.0 } else { 2.0 } / TERMS as f64 * f64::from(SCALE)).round() as i16
     })
 }
 
