@@ -4,6 +4,7 @@
 //! needs of chance comes in as uniform numbers in [0, 1); nothing here owns a generator.
 
 pub mod bounds;
+pub mod elementary;
 pub mod frame;
 pub mod kernel;
 pub mod math;

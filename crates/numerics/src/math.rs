@@ -1,5 +1,7 @@
-//! Small real functions that everything shares. Transcendentals on the way of a pixel come from here, so that every
-//! path through the program computes the same bits.
+//! Small real functions that everything shares. Transcendentals on the way of a pixel come from here ([`crate::elementary`]), so that every
+//! path through the program, and every machine, computes the same bits.
+
+pub use crate::elementary::{atan2, exp, ln, powf, safe_acos, safe_asin, sin_cos};
 
 pub use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -22,42 +24,6 @@ pub fn safe_sqrt(x: f32) -> f32 {
 #[inline]
 pub fn lerp(t: f32, a: f32, b: f32) -> f32 {
     (1.0 - t) * a + t * b
-}
-
-/// sin x and cos x.
-#[inline]
-pub fn sin_cos(x: f32) -> (f32, f32) {
-    x.sin_cos()
-}
-
-/// eˣ.
-#[inline]
-pub fn exp(x: f32) -> f32 {
-    x.exp()
-}
-
-/// ln x.
-#[inline]
-pub fn ln(x: f32) -> f32 {
-    x.ln()
-}
-
-/// xʸ.
-#[inline]
-pub fn powf(x: f32, y: f32) -> f32 {
-    x.powf(y)
-}
-
-/// The angle of (x, y) in (-π, π].
-#[inline]
-pub fn atan2(y: f32, x: f32) -> f32 {
-    y.atan2(x)
-}
-
-/// arccos of x clamped to [-1, 1].
-#[inline]
-pub fn safe_acos(x: f32) -> f32 {
-    x.clamp(-1.0, 1.0).acos()
 }
 
 /// The bound γ(n) = nε / (1 - nε) on the relative error of n roundings, ε half an ulp [Higham 2002, §3.1].
