@@ -12,7 +12,10 @@ fn main() {
         let triangles: usize = description.assets.meshes.iter().map(|m| m.indices.len()).sum();
         let (nodes, meshes) = (description.nodes.len(), description.assets.meshes.len());
         let state = if diagnostics.has_errors() { "errors" } else { "ok" };
-        println!("{name}: {state}, {nodes} objects, {meshes} meshes, {triangles} triangles, {:.3} s", start.elapsed().as_secs_f64());
+        println!(
+            "{name}: {state}, {nodes} objects, {meshes} meshes, {triangles} triangles, {:.3} s",
+            start.elapsed().as_secs_f64()
+        );
         print!("{}", diagnostics.render(&description.sources));
     }
 }

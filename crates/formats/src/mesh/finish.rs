@@ -128,10 +128,10 @@ mod tests {
             ..MeshData::default()
         };
         let Loaded { mesh, warnings } = finish(mesh, 0);
-        let expected = Vec3::new(0.0, 1.0, 2.0).normalize();
+        let expected = Vec3::new(0.0, -1.0, 2.0).normalize();
         assert!((mesh.normals[0] - expected).length() < 1e-6, "{}", mesh.normals[0]);
         assert_eq!(mesh.normals[2], Vec3::Z);
-        assert!((mesh.normals[3] - Vec3::Y).length() < 1e-6);
+        assert!((mesh.normals[3] + Vec3::Y).length() < 1e-6);
         assert_eq!(warnings.len(), 1);
         assert!(warnings[0].starts_with("1 vertex normals are zero or not finite"));
     }

@@ -20,7 +20,7 @@ pub fn read(bytes: &[u8], flip_v: bool) -> Result<Loaded, Vec<FileError>> {
     let mut reader = Reader::new(bytes);
     reader.run();
     // Faces may name what comes later; only now it is known whether they name what never comes.
-    if reader.mistakes.is_empty() && !reader.in_range() {
+    if reader.mistakes.len() < MAX_MISTAKES && !reader.in_range() {
         let limits = reader.counts();
         reader = Reader::new(bytes);
         reader.limits = Some(limits);
@@ -113,23 +113,27 @@ impl<'b> Reader<'b> {
         match words.line.get(words.at..) {
             Some([b'v', b' ' | b'\t', ..]) => {
                 words.at += 1;
-                let p = Vec3::from(words.floats::<3>("a vertex")?);
-                if !p.is_finite() {
-                    return Err((0..line.len(), "this vertex is not finite".to_owned()));
-                }
-                self.positions.push(p);
+                let p = words.floats::<3>("a vertex", true);
+                // A bad one counts, lest all that follow have wrong numbers.
+                self.positions.push(p.as_ref().map_or(Vec3::ZERO, |&p| Vec3::from(p)));
+                p?;
             }
             Some([b'v', b't', b' ' | b'\t', ..]) => {
                 words.at += 2;
-                let u = words.floats::<1>("a texture coordinate")?;
+                let u = words.floats::<1>("a texture coordinate", false);
                 words.skip_blanks();
                 // A texture in one dimension has no v.
-                let v = if words.at < line.len() { words.floats::<1>("a texture coordinate")? } else { [0.0] };
-                self.uvs.push(Vec2::new(u[0], v[0]));
+                let has_v = u.is_ok() && words.at < line.len();
+                let v = if has_v { words.floats::<1>("a texture coordinate", false) } else { Ok([0.0]) };
+                let uv = u.and_then(|u| v.map(|v| Vec2::new(u[0], v[0])));
+                self.uvs.push(*uv.as_ref().unwrap_or(&Vec2::ZERO));
+                uv?;
             }
             Some([b'v', b'n', b' ' | b'\t', ..]) => {
                 words.at += 2;
-                self.normals.push(Vec3::from(words.floats::<3>("a normal")?));
+                let n = words.floats::<3>("a normal", false);
+                self.normals.push(n.as_ref().map_or(Vec3::ZERO, |&n| Vec3::from(n)));
+                n?;
             }
             Some([b'f', b' ' | b'\t', ..]) => {
                 words.at += 1;
@@ -166,10 +170,10 @@ impl<'b> Reader<'b> {
     fn corner(&mut self, words: &mut Words) -> Result<u32, (Range<usize>, String)> {
         let start = words.at;
         let mut key = [NONE; 3];
-        for sort in 0..3 {
+        for (sort, index) in key.iter_mut().enumerate() {
             let at = words.at;
             match words.integer() {
-                Some(i) => key[sort] = self.index(sort, i).map_err(|message| (at..words.at, message))?,
+                Some(i) => *index = self.index(sort, i).map_err(|message| (at..words.at, message))?,
                 None if sort == 1 && words.peek() == Some(b'/') => {}
                 None => {
                     let word = words.word(start);
@@ -294,24 +298,25 @@ impl Words<'_> {
 
     /// `N` numbers in a row.
     #[inline]
-    fn floats<const N: usize>(&mut self, what: &str) -> Result<[f32; N], (Range<usize>, String)> {
+    fn floats<const N: usize>(&mut self, what: &str, finite: bool) -> Result<[f32; N], (Range<usize>, String)> {
         let mut out = [0.0; N];
         for x in &mut out {
             self.skip_blanks();
             let parsed = fast_float2::parse_partial::<f32, _>(&self.line[self.at..]).ok();
             let ends = |digits: usize| matches!(self.line.get(self.at + digits), None | Some(b' ' | b'\t' | b'\r'));
             match parsed.filter(|(_, digits)| ends(*digits)) {
-                Some((value, digits)) => {
+                Some((value, digits)) if !finite || value.is_finite() => {
                     *x = value;
                     self.at += digits;
                 }
-                None if self.at == self.line.len() => {
+                _ if self.at == self.line.len() => {
                     return Err((0..self.line.len(), format!("a number is missing: {what} has {N}")));
                 }
-                None => {
+                parsed => {
                     let word = self.word(self.at);
                     let text = String::from_utf8_lossy(&self.line[word.clone()]).into_owned();
-                    return Err((word, format!("`{text}` is no number")));
+                    let kind = if parsed.is_some() { "finite number" } else { "number" };
+                    return Err((word, format!("`{text}` is no {kind}")));
                 }
             }
         }

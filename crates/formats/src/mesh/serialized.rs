@@ -2,7 +2,8 @@
 //!
 //! Little endian. Each mesh: u16 0x041C, u16 version (3 or 4), then a zlib stream of u32 flags, a name ended by a zero byte (version 4),
 //! u64 vertices, u64 triangles, positions, normals (flag 0x1), texture coordinates (0x2), colours (0x8), each as f32 (0x1000) or
-//! f64 (0x2000), and the triangles' u32 indices. Flag 0x10 asks for flat faces. The table: an offset for each mesh (u64 in version 4, u32 in
+//! f64 (0x2000), and the triangles' u32 indices. Flag 0x10 asks for flat faces, which Mitsuba 3
+//! leaves to the scene's `face_normals`, and so does this reader. The table: an offset for each mesh (u64 in version 4, u32 in
 //! version 3) and their number (u32).
 //!
 //! Source: Mitsuba documentation, "Serialized mesh loader".
@@ -16,18 +17,17 @@ use std::io::Read;
 const NORMALS: u32 = 0x1;
 const UVS: u32 = 0x2;
 const COLOURS: u32 = 0x8;
-const FACE_NORMALS: u32 = 0x10;
 const DOUBLE: u32 = 0x2000;
 
 /// Deflate cannot shrink data by more than this factor.
 const MAX_RATIO: u128 = 1032;
 
-/// Reads the mesh of an index; the second answer tells that the file asks for flat faces.
-pub fn read(bytes: &[u8], index: usize) -> Result<(Loaded, bool), Vec<FileError>> {
+/// Reads the mesh of an index, counted from 0.
+pub fn read(bytes: &[u8], index: usize) -> Result<Loaded, Vec<FileError>> {
     one(bytes, index).map_err(|error| vec![error])
 }
 
-fn one(bytes: &[u8], index: usize) -> Result<(Loaded, bool), FileError> {
+fn one(bytes: &[u8], index: usize) -> Result<Loaded, FileError> {
     let start = offset(bytes, index)?;
     let version = head(bytes, start)?;
     let compressed = bytes.len() - start - 4;
@@ -66,7 +66,7 @@ fn one(bytes: &[u8], index: usize) -> Result<(Loaded, bool), FileError> {
         let text = format!("triangle {i} of the mesh that begins here names vertex {bad}, there are {vertices}, counted from 0");
         return Err(FileError::byte(start, text));
     }
-    Ok((finish(mesh, 0), flags & FACE_NORMALS != 0))
+    Ok(finish(mesh, 0))
 }
 
 /// The version at the head of a mesh.

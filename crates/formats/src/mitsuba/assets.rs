@@ -3,7 +3,7 @@
 use super::Reader;
 use crate::files::{Files, plain, reason};
 use crate::mesh::{self, FileError, Loaded, Place};
-use etendue_description::{GridData, Kind, MeshData, NodeId, Param, Span, Spanned, Value};
+use etendue_description::{GridData, Kind, MeshData, NodeId, Span, Spanned, Value};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ enum Format {
 
 /// What a file held.
 enum Content {
-    Mesh { loaded: Loaded, face_normals: bool },
+    Mesh(Loaded),
     Grid(GridData),
 }
 
@@ -110,7 +110,7 @@ impl Reader<'_> {
         for (request, content) in wanted.into_iter().zip(contents) {
             let Some(&(_, first)) = request.users.first() else { continue };
             match content {
-                Ok(Content::Mesh { loaded, face_normals }) => self.mesh(&request, loaded, face_normals),
+                Ok(Content::Mesh(loaded)) => self.mesh(&request, loaded),
                 Ok(Content::Grid(grid)) => {
                     let i = self.description.assets.grids.len() as u32;
                     self.description.assets.grids.push(Arc::new(GridData { path: request.path.clone(), ..grid }));
@@ -125,7 +125,7 @@ impl Reader<'_> {
         }
     }
 
-    fn mesh(&mut self, request: &Request, loaded: Loaded, face_normals: bool) {
+    fn mesh(&mut self, request: &Request, loaded: Loaded) {
         for warning in loaded.warnings {
             let at = request.users[0].1;
             self.diagnostics.warning(at, format!("`{}`: {warning}", request.path.display()));
@@ -133,14 +133,6 @@ impl Reader<'_> {
         let i = self.description.assets.meshes.len() as u32;
         self.description.assets.meshes.push(Arc::new(MeshData { path: request.path.clone(), ..loaded.mesh }));
         self.hand_out(request, &Value::Mesh(i));
-        // The file asks for flat faces unless the scene says otherwise.
-        for &(user, span) in request.users.iter().filter(|_| face_normals) {
-            let params = &mut self.description.nodes[user.0 as usize].params;
-            if !params.iter().any(|p| p.name.value == "face_normals") {
-                let name = Spanned::new("face_normals".to_owned(), span);
-                params.push(Param { name, value: Spanned::new(Value::Bool(true), span) });
-            }
-        }
     }
 
     /// Puts what was read where it was named.
@@ -174,13 +166,10 @@ impl Reader<'_> {
 
 fn load(request: &Request, files: Files) -> Result<Content, Vec<FileError>> {
     let bytes = files.read(&request.path).map_err(|e| vec![FileError::file(format!("the file cannot be read: {}", reason(&e)))])?;
-    let mesh = |loaded| Content::Mesh { loaded, face_normals: false };
     match request.format {
-        Format::Obj { flip_v } => mesh::obj::read(&bytes, flip_v).map(mesh),
-        Format::Ply { flip_v } => mesh::ply::read(&bytes, flip_v).map(mesh),
-        Format::Serialized { index } => {
-            mesh::serialized::read(&bytes, index).map(|(loaded, face_normals)| Content::Mesh { loaded, face_normals })
-        }
+        Format::Obj { flip_v } => mesh::obj::read(&bytes, flip_v).map(Content::Mesh),
+        Format::Ply { flip_v } => mesh::ply::read(&bytes, flip_v).map(Content::Mesh),
+        Format::Serialized { index } => mesh::serialized::read(&bytes, index).map(Content::Mesh),
         Format::Vol => mesh::vol::read(&bytes).map(Content::Grid),
     }
 }

@@ -19,9 +19,6 @@ mod text;
 mod transform;
 mod values;
 
-#[cfg(test)]
-mod tests;
-
 use crate::files::{Files, plain};
 use crate::xml::{self, Document, ElementId};
 use attributes::Attributes;
@@ -30,6 +27,9 @@ use parameters::Parameters;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Elements may be nested this deep over all files that include each other; a single file may [`xml::MAX_DEPTH`].
+const MAX_DEPTH: usize = 192;
 
 /// Elements that are not objects.
 const OTHER_TAGS: [&str; 21] = [
@@ -218,8 +218,8 @@ impl Reader<'_> {
 
     /// All elements inside another one.
     fn children(&mut self, file: &mut File, id: ElementId, parent: Parent) {
-        if self.depth >= xml::MAX_DEPTH {
-            let text = format!("elements are nested more than {} deep, over all included files", xml::MAX_DEPTH);
+        if self.depth >= MAX_DEPTH {
+            let text = format!("elements are nested more than {MAX_DEPTH} deep, over all included files");
             self.diagnostics.error(file.name_span(id), text);
             return;
         }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 /// Stands for the object of a reference until that is known.
 const OPEN: NodeId = NodeId(u32::MAX);
 /// References may lead this deep.
-const MAX_DEPTH: u32 = 128;
+const MAX_DEPTH: u32 = 256;
 
 /// What has a name, and who asks for it.
 #[derive(Default)]

@@ -138,24 +138,26 @@ fn from_file(
     for (i, line) in content.lines().enumerate() {
         let data = line.split('#').next().unwrap_or("");
         let words: Vec<&str> = data.split(|c: char| c == ',' || c.is_whitespace()).filter(|w| !w.is_empty()).collect();
+        // The word at fault, or the whole line.
         let wrong = match words[..] {
             [] => continue,
             [nm, value] => match (nm.parse::<f64>(), value.parse::<f64>()) {
-                (Ok(nm), Ok(value)) if nm.is_finite() && value.is_finite() => {
+                (Ok(x), Ok(y)) if x.is_finite() && y.is_finite() => {
                     let before = samples.last().map(|s| s.0);
-                    samples.push((nm, value));
+                    samples.push((x, y));
                     before
-                        .filter(|before| nm <= *before)
-                        .map(|before| format!("wavelengths must rise: {nm} nm follows {before} nm"))
+                        .filter(|before| x <= *before)
+                        .map(|before| (nm, format!("wavelengths must rise: {x} nm follows {before} nm")))
                 }
-                (Ok(_), _) => Some(format!("`{}` is no number", shortened(value))),
-                (Err(_), _) => Some(format!("`{}` is no number", shortened(nm))),
+                (Ok(x), _) if x.is_finite() => Some((value, format!("`{}` is no finite number", shortened(value)))),
+                _ => Some((nm, format!("`{}` is no finite number", shortened(nm)))),
             },
-            _ => Some(format!("a line has a wavelength and a value, found {} words", words.len())),
+            _ => Some((data, format!("a line has a wavelength and a value, found {} words", words.len()))),
         };
-        if let Some(message) = wrong {
+        if let Some((word, message)) = wrong {
             let source = sources.add_excerpt(path, line, i + 1);
-            let span = Span { source, start: 0, end: line.len() as u32 };
+            let start = (word.as_ptr() as usize - line.as_ptr() as usize) as u32;
+            let span = Span { source, start, end: start + word.len() as u32 };
             diagnostics.error(span, message).label(named, "the file is named here");
             return None;
         }

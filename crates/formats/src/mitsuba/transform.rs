@@ -90,12 +90,21 @@ impl Reader<'_> {
     fn rotate(&mut self, attributes: &mut Attributes) -> Option<DMat4> {
         let angle = attributes.required("angle").and_then(|text| text.float(&mut self.diagnostics, true));
         let axis = self.axes(attributes, 0.0)?;
+        let length = axis.length();
         let Some(axis) = axis.try_normalize() else {
             self.diagnostics
                 .error(attributes.span, "the axis of this `<rotate>` is zero")
                 .help("such as <rotate y=\"1\" angle=\"90\"/>");
             return None;
         };
+        if (length - 1.0).abs() > 1e-3 {
+            let text = format!(
+                "the axis of this `<rotate>` has length {length:.4} and is made a unit vector; Mitsuba 3 takes it as it is"
+            );
+            self.diagnostics
+                .warning(attributes.span, text)
+                .help("the picture differs from Mitsuba's, whose map is no rotation then");
+        }
         Some(rotation(axis, angle?.to_radians()))
     }
 

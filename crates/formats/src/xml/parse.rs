@@ -387,17 +387,21 @@ impl Parser<'_, '_> {
         out
     }
 
-    /// An attribute may be given once.
+    /// An attribute may be given once; the first one stays.
     fn check_doubles(&mut self, first: usize) {
-        for i in first..self.document.attributes.len() {
+        let mut i = first;
+        while i < self.document.attributes.len() {
             let name = self.document.attributes[i].name.clone();
             let word = super::slice(self.text, &name);
             let earlier = self.document.attributes[first..i].iter().find(|a| super::slice(self.text, &a.name) == word);
-            if let Some(earlier) = earlier.map(|a| a.name.clone()) {
-                let earlier = self.span(earlier.start as usize..earlier.end as usize);
-                self.error(name.start as usize..name.end as usize, format!("attribute `{word}` is given twice"))
-                    .label(earlier, "first given here");
-            }
+            let Some(earlier) = earlier.map(|a| a.name.clone()) else {
+                i += 1;
+                continue;
+            };
+            let earlier = self.span(earlier.start as usize..earlier.end as usize);
+            self.error(name.start as usize..name.end as usize, format!("attribute `{word}` is given twice"))
+                .label(earlier, "first given here");
+            self.document.attributes.remove(i);
         }
     }
 

@@ -124,15 +124,12 @@ impl Reader {
             }
         };
 
-        let vec3 = |[x, y, z]: [usize; 3]| -> Vec<Vec3> {
-            (0..element.count).map(|i| Vec3::new(columns[x][i], columns[y][i], columns[z][i])).collect()
-        };
-        self.mesh.positions = vec3(position);
+        self.mesh.positions = vectors(&columns, position);
         if let Some(i) = self.mesh.positions.iter().position(|p| !p.is_finite()) {
             let at = start + element.stride().unwrap_or(0) * i;
             return Err(FileError::byte(at, format!("vertex {i} is not finite: {}", self.mesh.positions[i])));
         }
-        self.mesh.normals = normal.map(vec3).unwrap_or_default();
+        self.mesh.normals = normal.map(|n| vectors(&columns, n)).unwrap_or_default();
         if let Some([u, v]) = uv {
             let flip = |v: f32| if self.flip_v { 1.0 - v } else { v };
             self.mesh.uvs = (0..element.count).map(|i| Vec2::new(columns[u][i], flip(columns[v][i]))).collect();
@@ -193,6 +190,12 @@ impl Reader {
         }
         Ok(())
     }
+}
+
+/// The vectors of three columns.
+fn vectors(columns: &[Vec<f32>], [x, y, z]: [usize; 3]) -> Vec<Vec3> {
+    let pairs = columns[x].iter().zip(&columns[y]).zip(&columns[z]);
+    pairs.map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect()
 }
 
 /// All rows of an element: `scalar` gets each number with the number of its property, `list` each list of whole numbers.
