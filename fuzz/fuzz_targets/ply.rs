@@ -1,0 +1,9 @@
+//! PLY meshes: no bytes make the reader panic.
+#![no_main]
+
+use etendue_formats::mesh::ply;
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = ply::read(bytes, true);
+});
