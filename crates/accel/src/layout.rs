@@ -49,9 +49,11 @@ impl Node {
 
 /// Where a child is: a node, some triangles, or another thing, in 32 bits.
 ///
-///     0 nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn   node n
-///     10 ccc rrrrrrrrrrrrrrrrrrrrrrrrrrr  c + 1 triangles from reference r on
-///     11 iiiiiiiiiiiiiiiiiiiiiiiiiiiiii   other thing i: custom shape or instance
+/// ```text
+/// 0 nnnnnnnnnnnnnnnnnnnnnnnnnnnnnnn   node n
+/// 10 ccc rrrrrrrrrrrrrrrrrrrrrrrrrrr  c + 1 triangles from reference r on
+/// 11 iiiiiiiiiiiiiiiiiiiiiiiiiiiiii   other thing i: custom shape or instance
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(transparent)]
 pub(crate) struct Child(pub u32);

@@ -1,14 +1,16 @@
 //! Ray casting: a wide bounding volume hierarchy over triangles, custom shapes and instances.
 //!
-//!     y = RT(x, w)     the nearest point that the ray x + t w meets           [`Accel::closest`]
-//!     V(x, y)          whether anything stands between                        [`Accel::occluded`]
+//! ```text
+//! y = RT(x, w)     the nearest point that the ray x + t w meets           [`Accel::closest`]
+//! V(x, y)          whether anything stands between                        [`Accel::occluded`]
+//! ```
 //!
 //! This room knows of no scene: it takes plain arrays and gives back numbers — how far, where on the triangle (barycentric u, v with
 //! p = (1 - u - v) p0 + u p1 + v p2), and which one. t counts in units of the ray's direction, of any length.
 //!
 //! What it promises:
 //!
-//! - **Watertight.** A ray cannot slip between two triangles that share an edge or a corner ([`traverse`] tells why).
+//! - **Watertight.** A ray cannot slip between two triangles that share an edge or a corner (`traverse::plain` tells why).
 //! - **Both sides.** A triangle is hit from either side; without area it is never hit.
 //! - **The same bits.** The vector path and the plain path give the same hits, and the tree is the same at any number of threads.
 //!   Of several hits at the same t the one with the lowest numbers wins (outer before inner, triangles before other things).
@@ -31,7 +33,7 @@
 mod build;
 mod instance;
 mod layout;
-pub mod traverse;
+mod traverse;
 
 pub use build::{BuildError, BuildOptions, Builder, TreeId, TriangleMesh};
 pub use traverse::Path;

@@ -18,6 +18,11 @@ const HALVING_DEPTH: u32 = 56;
 const FORK: usize = 1 << 12;
 /// Spatial splits are tried where siblings share more than this part of the root's surface [Stich et al. 2009, §4.5: α].
 const OVERLAP: f32 = 1e-5;
+/// … and where the shared part of the node's own surface is above this over √n: of n triangles of a surface about √n straddle a plane, and
+/// their duplicates must be won back.
+const STRADDLE: f32 = 4.0;
+/// Below this many references a cut wins nothing that is worth looking for.
+const FEWEST: usize = 32;
 
 /// A node of the binary tree, 32 bytes. The left child follows its parent.
 #[derive(Clone, Copy, Debug)]
@@ -148,7 +153,10 @@ fn part_in_two(references: &mut [Reference], count: usize, extent: &Extent, dept
     // siblings that overlap: would a cut be cheaper?
     if context.spatial
         && references.len() > count
-        && object.as_ref().is_none_or(|o| o.overlap > OVERLAP * context.root_area)
+        && count >= FEWEST
+        && object.as_ref().is_none_or(|o| {
+            o.overlap > OVERLAP * context.root_area && o.overlap > STRADDLE / (count as f32).sqrt() * extent.bounds.half_area()
+        })
         && let Some(cut) = spatial_split(&references[..count], context.items, &extent.bounds)
         && object.as_ref().is_none_or(|o| cut.cost < o.cost)
         && cut.references() <= references.len()

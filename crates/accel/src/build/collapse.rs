@@ -2,8 +2,10 @@
 //!
 //! C(n, i) is the least cost of subtree n as at most i children of some wide node:
 //!
-//!     C(n, 1) = min( A_n (LEAF + TRIANGLE · triangles), A_n NODE + min_k C(left, k) + C(right, 8 - k) )
-//!     C(n, i) = min( C(n, i - 1), min_k C(left, k) + C(right, i - k) )        i = 2 … 7
+//! ```text
+//! C(n, 1) = min( A_n (LEAF + TRIANGLE · triangles), A_n NODE + min_k C(left, k) + C(right, 8 - k) )
+//! C(n, i) = min( C(n, i - 1), min_k C(left, k) + C(right, i - k) )        i = 2 … 7
+//! ```
 //!
 //! with A_n half the surface of n's box. The constants are measured, in units of one node visited.
 

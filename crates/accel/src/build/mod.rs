@@ -1,7 +1,9 @@
 //! Building: triangles, custom shapes and instances in, a tree out.
 //!
-//!     references → binary tree (object and spatial splits) → the cheapest 8-wide tree → nodes and leaves in memory
-//!      reference      binary, split, spatial                  collapse                    emit
+//! ```text
+//! references → binary tree (object and spatial splits) → the cheapest 8-wide tree → nodes and leaves in memory
+//!  reference      binary, split, spatial                  collapse                    emit
+//! ```
 
 pub(crate) mod binary;
 mod collapse;
@@ -9,6 +11,8 @@ mod emit;
 pub(crate) mod reference;
 mod spatial;
 mod split;
+#[cfg(test)]
+mod tests;
 
 use crate::instance::{self, Instance, Other};
 use crate::layout::{Child, Tree};

@@ -4,7 +4,7 @@
 //! numbered flat: the triangles of all meshes first, in the order they were added, then the other things (custom shapes, instances).
 
 use crate::build::TriangleMesh;
-use glam::{DVec3, Vec3, Vec4};
+use glam::{BVec4A, DVec3, Vec3, Vec4};
 
 /// A box and an item number, 32 bytes. The number rides in the unused fourth lane of `lo`.
 #[derive(Clone, Copy, Debug)]
@@ -92,6 +92,12 @@ impl Items<'_> {
         self.owners.total()
     }
 
+    /// [`Items::corners`] with a fourth lane of 0.
+    #[inline]
+    pub fn corners4(&self, item: u32) -> Option<[Vec4; 3]> {
+        self.corners(item).map(|c| c.map(|p| p.extend(0.0)))
+    }
+
     /// The corners of triangle `item`; `None` for other items and where an index points nowhere.
     pub fn corners(&self, item: u32) -> Option<[Vec3; 3]> {
         let (mesh, primitive) = self.owners.locate(item)?;
@@ -164,34 +170,50 @@ pub(crate) fn triangle_reference(corners: [Vec3; 3], item: u32) -> Option<Refere
     Some(Reference::new(a.min(b).min(c), a.max(b).max(c), item))
 }
 
-/// The two parts of a reference on either side of the plane x[axis] = at, as boxes around what the plane leaves of the triangle.
+/// A plane x[axis] = at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plane {
+    pub axis: usize,
+    pub at: f32,
+    /// `at` in the axis' lane, infinities elsewhere: the largest corner of what lies below, the smallest of what lies above.
+    pub below: Vec4,
+    pub above: Vec4,
+}
+
+impl Plane {
+    #[inline]
+    pub fn new(axis: usize, at: f32) -> Self {
+        let lane = BVec4A::new(axis == 0, axis == 1, axis == 2, false);
+        let at4 = Vec4::splat(at);
+        Self { axis, at, below: Vec4::select(lane, at4, Vec4::INFINITY), above: Vec4::select(lane, at4, Vec4::NEG_INFINITY) }
+    }
+}
+
+/// The two parts of a reference on either side of a plane, as boxes around what the plane leaves of the triangle.
 ///
-/// Cuts are computed in f64 and rounded outward: a box never loses a point of its triangle.
-pub(crate) fn cut(reference: &Reference, corners: &[Vec3; 3], axis: usize, at: f32) -> (Box4, Box4) {
+/// Cuts are rounded outward by more than their error: a box never loses a point of its triangle.
+#[inline]
+pub(crate) fn cut(whole: Box4, corners: &[Vec4; 3], plane: &Plane) -> (Box4, Box4) {
     let (mut left, mut right) = (Box4::EMPTY, Box4::EMPTY);
-    for i in 0..3 {
-        let (p, q) = (corners[i], corners[(i + 1) % 3]);
-        if p[axis] <= at {
-            left = left.including(p.extend(0.0));
+    let at = plane.at;
+    let x = [corners[0][plane.axis], corners[1][plane.axis], corners[2][plane.axis]];
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (p, q) = (corners[i], corners[j]);
+        if x[i] <= at {
+            left = left.including(p);
         }
-        if p[axis] >= at {
-            right = right.including(p.extend(0.0));
+        if x[i] >= at {
+            right = right.including(p);
         }
-        if (p[axis] < at && q[axis] > at) || (p[axis] > at && q[axis] < at) {
-            let (pd, qd) = (p.as_dvec3(), q.as_dvec3());
-            let s = (f64::from(at) - pd[axis]) / (qd[axis] - pd[axis]);
-            let cut = (pd + (qd - pd) * s).as_vec3();
-            let mut low = Vec3::new(cut.x.next_down(), cut.y.next_down(), cut.z.next_down());
-            let mut high = Vec3::new(cut.x.next_up(), cut.y.next_up(), cut.z.next_up());
-            (low[axis], high[axis]) = (at, at);
-            for p in [low.extend(0.0), high.extend(0.0)] {
-                left = left.including(p);
-                right = right.including(p);
-            }
+        if (x[i] < at && x[j] > at) || (x[i] > at && x[j] < at) {
+            let cut = p + (q - p) * ((at - x[i]) / (x[j] - x[i]));
+            let error = p.abs().max(q.abs()) * (4.0 * f32::EPSILON);
+            let piece = Box4 { lo: cut - error, hi: cut + error };
+            left = left.union(piece);
+            right = right.union(piece);
         }
     }
-    let (mut left, mut right) = (left.intersection(reference.bounds()), right.intersection(reference.bounds()));
-    left.hi[axis] = left.hi[axis].min(at);
-    right.lo[axis] = right.lo[axis].max(at);
-    (left, right)
+    left.hi = left.hi.min(plane.below);
+    right.lo = right.lo.max(plane.above);
+    (left.intersection(whole), right.intersection(whole))
 }

@@ -2,21 +2,23 @@
 //!
 //! They pay where long triangles would make sibling boxes overlap. A split duplicates the references that straddle the plane, so it
 //! is taken only while the node's share of the budget lasts.
+//!
+//! The search bins boxes, not triangles: it chooses as well and costs a third. Only the chosen plane cuts the triangles themselves.
 
-use crate::build::reference::{Box4, Items, Reference, cut};
+use crate::build::reference::{Box4, Items, Plane, Reference, cut};
 use crate::build::split::Extent;
+use glam::Vec4;
 use rayon::prelude::*;
 
 const BINS: usize = 16;
 const PARALLEL: usize = 1 << 14;
 const CHUNK: usize = 1 << 11;
 
-/// A cut at x[axis] = at.
+/// A cut at a plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpatialSplit {
     pub cost: f32,
-    axis: usize,
-    at: f32,
+    plane: Plane,
     left: (Box4, u32),
     right: (Box4, u32),
 }
@@ -38,46 +40,53 @@ struct Bin {
 type Bins = [[Bin; BINS]; 3];
 const NO_BINS: Bins = [[Bin { bounds: Box4::EMPTY, enter: 0, leave: 0 }; BINS]; 3];
 
-/// The planes between the bins of one axis.
-#[derive(Clone, Copy)]
+/// The planes between the bins, along all three axes.
 struct Grid {
-    lo: f32,
-    step: f32,
+    lo: Vec4,
+    /// 0 along an axis that cannot be cut.
+    step: Vec4,
+    /// 1 / step, or 0.
+    scale: Vec4,
+    planes: [[Plane; BINS]; 3],
 }
 
 impl Grid {
-    fn plane(&self, i: usize) -> f32 {
-        self.lo + self.step * i as f32
+    fn new(bounds: &Box4) -> Self {
+        let (mut step, mut scale) = (Vec4::ZERO, Vec4::ZERO);
+        for a in 0..3 {
+            let s = (bounds.hi[a] - bounds.lo[a]) / BINS as f32;
+            // a step lost in rounding would give planes that part nothing
+            if s < 1e30 && s > 1e-30 && bounds.lo[a] + s > bounds.lo[a] && bounds.hi[a] - s < bounds.hi[a] {
+                (step[a], scale[a]) = (s, 1.0 / s);
+            }
+        }
+        let plane = |axis: usize, i: usize| Plane::new(axis, bounds.lo[axis] + step[axis] * i as f32);
+        let planes = std::array::from_fn(|axis| std::array::from_fn(|i| plane(axis, i)));
+        Self { lo: bounds.lo, step, scale, planes }
     }
 
-    fn bin(&self, x: f32) -> usize {
-        (((x - self.lo) / self.step) as usize).min(BINS - 1)
+    #[inline]
+    fn bins(&self, p: Vec4) -> [usize; 3] {
+        let x = ((p - self.lo) * self.scale).to_array();
+        [0, 1, 2].map(|a| (x[a] as i32).clamp(0, BINS as i32 - 1) as usize)
     }
 }
 
-fn fill(references: &[Reference], items: &Items, grids: &[Grid; 3]) -> Bins {
+fn fill(references: &[Reference], items: &Items, grid: &Grid) -> Bins {
     let mut bins = NO_BINS;
     for r in references {
-        let corners = items.corners(r.item());
-        for (axis, grid) in grids.iter().enumerate() {
-            if grid.step <= 0.0 {
-                continue;
+        // what cannot be cut lies where its centre is
+        let is_triangle = r.item() < items.triangles();
+        let (first, last) = if is_triangle { (grid.bins(r.lo), grid.bins(r.hi)) } else { ([0; 3], grid.bins(0.5 * r.centroid2())) };
+        let first = if is_triangle { first } else { last };
+        for (axis, bins) in bins.iter_mut().enumerate() {
+            let (first, last) = (first[axis], last[axis]);
+            let mut rest = r.bounds();
+            for (bin, plane) in bins[first..last].iter_mut().zip(&grid.planes[axis][first + 1..]) {
+                bin.bounds = bin.bounds.union(Box4 { lo: rest.lo, hi: rest.hi.min(plane.below) });
+                rest.lo = rest.lo.max(plane.above);
             }
-            let bins = &mut bins[axis];
-            let Some(corners) = &corners else {
-                // what cannot be cut lies where its centre is
-                let bin = &mut bins[grid.bin(0.5 * r.centroid2()[axis])];
-                (bin.bounds, bin.enter, bin.leave) = (bin.bounds.union(r.bounds()), bin.enter + 1, bin.leave + 1);
-                continue;
-            };
-            let (first, last) = (grid.bin(r.lo[axis]), grid.bin(r.hi[axis]));
-            let mut rest = *r;
-            for i in first..last {
-                let (left, right) = cut(&rest, corners, axis, grid.plane(i + 1));
-                bins[i].bounds = bins[i].bounds.union(left);
-                rest = rest.within(right);
-            }
-            bins[last].bounds = bins[last].bounds.union(rest.bounds());
+            bins[last].bounds = bins[last].bounds.union(rest);
             bins[first].enter += 1;
             bins[last].leave += 1;
         }
@@ -87,17 +96,11 @@ fn fill(references: &[Reference], items: &Items, grids: &[Grid; 3]) -> Bins {
 
 /// The cheapest cut at a plane between bins; `None` where no plane leaves something on both sides.
 pub(crate) fn spatial_split(references: &[Reference], items: &Items, bounds: &Box4) -> Option<SpatialSplit> {
-    let size = bounds.hi - bounds.lo;
-    let grids = [0, 1, 2].map(|a| {
-        let step = size[a] / BINS as f32;
-        // a step lost in rounding would give planes that part nothing
-        let sound = step.is_finite() && bounds.lo[a] + step > bounds.lo[a] && bounds.hi[a] - step < bounds.hi[a];
-        Grid { lo: bounds.lo[a], step: if sound { step } else { 0.0 } }
-    });
+    let grid = Grid::new(bounds);
     let bins = if references.len() < PARALLEL {
-        fill(references, items, &grids)
+        fill(references, items, &grid)
     } else {
-        let parts: Vec<Bins> = references.par_chunks(CHUNK).map(|c| fill(c, items, &grids)).collect();
+        let parts: Vec<Bins> = references.par_chunks(CHUNK).map(|c| fill(c, items, &grid)).collect();
         let mut sum = NO_BINS;
         for part in &parts {
             for (to, from) in sum.iter_mut().flatten().zip(part.iter().flatten()) {
@@ -108,26 +111,26 @@ pub(crate) fn spatial_split(references: &[Reference], items: &Items, bounds: &Bo
     };
 
     let mut best: Option<SpatialSplit> = None;
-    for axis in 0..3 {
-        if grids[axis].step <= 0.0 {
+    for (axis, bins) in bins.iter().enumerate() {
+        if grid.step[axis] <= 0.0 {
             continue;
         }
         let mut right = [(Box4::EMPTY, 0_u32); BINS];
         let mut side = (Box4::EMPTY, 0);
         for i in (1..BINS).rev() {
-            side = (side.0.union(bins[axis][i].bounds), side.1 + bins[axis][i].leave);
+            side = (side.0.union(bins[i].bounds), side.1 + bins[i].leave);
             right[i] = side;
         }
         side = (Box4::EMPTY, 0);
         for i in 1..BINS {
-            side = (side.0.union(bins[axis][i - 1].bounds), side.1 + bins[axis][i - 1].enter);
+            side = (side.0.union(bins[i - 1].bounds), side.1 + bins[i - 1].enter);
             let (left, right) = (side, right[i]);
             if left.1 == 0 || right.1 == 0 {
                 continue;
             }
             let cost = left.0.half_area() * left.1 as f32 + right.0.half_area() * right.1 as f32;
             if cost < best.map_or(f32::INFINITY, |b| b.cost) {
-                best = Some(SpatialSplit { cost, axis, at: grids[axis].plane(i), left, right });
+                best = Some(SpatialSplit { cost, plane: grid.planes[axis][i], left, right });
             }
         }
     }
@@ -139,7 +142,7 @@ impl SpatialSplit {
     ///
     /// A straddling reference goes whole to one side where growing that side's box costs less than the duplicate.
     pub fn part(&self, references: &mut [Reference], items: &Items) -> (usize, Extent, Vec<Reference>, Extent) {
-        let (axis, at) = (self.axis, self.at);
+        let Plane { axis, at, .. } = self.plane;
         let (mut kept, mut rights) = (0, Vec::with_capacity(self.right.1 as usize));
         let (mut l, mut r) = (Extent::EMPTY, Extent::EMPTY);
         let (area_l, area_r) = (self.left.0.half_area(), self.right.0.half_area());
@@ -147,7 +150,8 @@ impl SpatialSplit {
         let both = area_l * count_l + area_r * count_r;
         for i in 0..references.len() {
             let whole = references[i];
-            let corners = items.corners(whole.item());
+            let straddles = whole.lo[axis] < at && whole.hi[axis] > at;
+            let corners = if straddles { items.corners4(whole.item()) } else { None };
             let (to_left, to_right) = match &corners {
                 _ if whole.hi[axis] <= at => (Some(whole), None),
                 _ if whole.lo[axis] >= at => (None, Some(whole)),
@@ -161,7 +165,7 @@ impl SpatialSplit {
                     } else if only_r < both {
                         (None, Some(whole))
                     } else {
-                        let (left, right) = cut(&whole, corners, axis, at);
+                        let (left, right) = cut(whole.bounds(), corners, &self.plane);
                         match (left.is_sound(), right.is_sound()) {
                             (true, false) => (Some(whole.within(left)), None),
                             (false, true) => (None, Some(whole.within(right))),

@@ -119,6 +119,7 @@ pub(crate) fn object_split(references: &[Reference], extent: &Extent) -> Option<
     };
 
     let mut best: Option<ObjectSplit> = None;
+    let along = |axis: usize, i: usize| &bins[i][axis];
     for axis in 0..3 {
         if binning.scale[axis] == 0.0 {
             continue;
@@ -127,14 +128,14 @@ pub(crate) fn object_split(references: &[Reference], extent: &Extent) -> Option<
         let mut right = [(Box4::EMPTY, 0.0_f32); BINS];
         let (mut bounds, mut count) = (Box4::EMPTY, 0);
         for i in (1..BINS).rev() {
-            bounds = bounds.union(bins[i][axis].bounds);
-            count += bins[i][axis].count;
+            bounds = bounds.union(along(axis, i).bounds);
+            count += along(axis, i).count;
             right[i] = (bounds, if count == 0 { f32::INFINITY } else { bounds.half_area() * count as f32 });
         }
         (bounds, count) = (Box4::EMPTY, 0);
         for i in 1..BINS {
-            bounds = bounds.union(bins[i - 1][axis].bounds);
-            count += bins[i - 1][axis].count;
+            bounds = bounds.union(along(axis, i - 1).bounds);
+            count += along(axis, i - 1).count;
             if count == 0 {
                 continue;
             }
@@ -195,8 +196,8 @@ pub(crate) fn sweep_split(references: &mut [Reference]) -> usize {
         // insertion sort, stable, so that equal centroids keep their order
         let mut order = [0_u8; SWEEP];
         let mut keys = [0.0_f32; SWEEP];
-        for i in 0..n {
-            let key = references[i].centroid2()[axis];
+        for (i, reference) in references.iter().enumerate() {
+            let key = reference.centroid2()[axis];
             let mut j = i;
             while j > 0 && keys[j - 1] > key {
                 (keys[j], order[j]) = (keys[j - 1], order[j - 1]);

@@ -84,20 +84,36 @@ impl Avx2 {
     }
 
     /// t, u, v of all lanes; `None` where a lane needs a closer look.
+    ///
+    /// # Safety
+    /// As for [`Kernel::nearest`].
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn divide(&self, c: &Candidates) -> Option<[__m256; 3]> {
+    unsafe fn divide(&self, corners: *const f32, count: usize, c: &Candidates) -> Option<[__m256; 3]> {
         let sum = _mm256_add_ps(_mm256_add_ps(c.u, c.v), c.w);
         let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), sum);
         let tiny = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(size, _mm256_set1_ps(TINY))) as u32;
         if tiny & c.lanes != 0 {
             return None;
         }
+        let Setup { o, axes: [x, y, z], shear, .. } = self.setup;
+        // SAFETY: as in `pierced`.
+        let row = |v: usize, axis: usize| unsafe { _mm256_loadu_ps(corners.add((3 * v + axis) * count)) };
+        let a = [row(0, x), row(0, y), row(0, z)];
+        let edge = |v: usize| [_mm256_sub_ps(row(v, x), a[0]), _mm256_sub_ps(row(v, y), a[1]), _mm256_sub_ps(row(v, z), a[2])];
+        let (e, f) = (edge(1), edge(2));
         let scale = _mm256_div_ps(_mm256_set1_ps(1.0), sum);
-        let (u, v, w) = (_mm256_mul_ps(c.u, scale), _mm256_mul_ps(c.v, scale), _mm256_mul_ps(c.w, scale));
-        let depth = _mm256_add_ps(_mm256_mul_ps(u, c.depth[0]), _mm256_mul_ps(v, c.depth[1]));
-        let depth = _mm256_add_ps(depth, _mm256_mul_ps(w, c.depth[2]));
-        Some([_mm256_mul_ps(depth, _mm256_set1_ps(self.setup.shear[2])), v, w])
+        let minor = |i: usize, j: usize| _mm256_mul_ps(_mm256_sub_ps(_mm256_mul_ps(e[i], f[j]), _mm256_mul_ps(e[j], f[i])), scale);
+        let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
+        let dot = |p: __m256, q: __m256, r: __m256| {
+            _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(n[0], p), _mm256_mul_ps(n[1], q)), _mm256_mul_ps(n[2], r))
+        };
+        let to_plane = dot(_mm256_sub_ps(a[0], _mm256_set1_ps(o[x])), _mm256_sub_ps(a[1], _mm256_set1_ps(o[y])), c.depth[0]);
+        let along = dot(_mm256_set1_ps(shear[0]), _mm256_set1_ps(shear[1]), _mm256_set1_ps(1.0));
+        let first = _mm256_min_ps(_mm256_min_ps(c.depth[0], c.depth[1]), c.depth[2]);
+        let last = _mm256_max_ps(_mm256_max_ps(c.depth[0], c.depth[1]), c.depth[2]);
+        let depth = _mm256_min_ps(_mm256_max_ps(_mm256_div_ps(to_plane, along), first), last);
+        Some([_mm256_mul_ps(depth, _mm256_set1_ps(shear[2])), _mm256_mul_ps(c.v, scale), _mm256_mul_ps(c.w, scale)])
     }
 
     /// # Safety
@@ -110,7 +126,8 @@ impl Avx2 {
         if candidates.lanes == 0 {
             return None;
         }
-        let Some([t, u, v]) = self.divide(&candidates) else {
+        // SAFETY: passed on.
+        let Some([t, u, v]) = (unsafe { self.divide(corners, count, &candidates) }) else {
             // SAFETY: passed on.
             return unsafe { Plain(self.setup).nearest(corners, count, best) };
         };
@@ -149,7 +166,8 @@ impl Avx2 {
         if candidates.lanes == 0 {
             return false;
         }
-        let Some([t, ..]) = self.divide(&candidates) else {
+        // SAFETY: passed on.
+        let Some([t, ..]) = (unsafe { self.divide(corners, count, &candidates) }) else {
             // SAFETY: passed on.
             return unsafe { Plain(self.setup).any(corners, count, t_max) };
         };

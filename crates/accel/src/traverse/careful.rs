@@ -42,7 +42,8 @@ impl Careful {
 impl Kernel for Careful {
     fn new(ray: &Ray) -> Self {
         let (o, d) = (ray.o.to_array().map(f64::from), ray.d.to_array().map(f64::from));
-        let inverse = d.map(|d| (1.0 / d).clamp(-1e100, 1e100));
+        // ±∞ where d is 0; the minima and maxima below pass over 0 · ∞
+        let inverse = d.map(|d| 1.0 / d);
         let z = (0..3).fold(0, |z, a| if d[a].abs() > d[z].abs() { a } else { z });
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         Self { o, inverse, axes: [x, y, z], shear: [d[x] * inverse[z], d[y] * inverse[z], inverse[z]] }

@@ -4,11 +4,16 @@
 //! corner a goes to (a_x - S_x a_z, a_y - S_y a_z), S = d_{x,y} / d_z: a map of the corner and the ray alone, so triangles that share a corner
 //! agree on where it is. The ray pierces the triangle a, b, c where 0 is inside, told by the signs of
 //!
-//!     U = c_x b_y - c_y b_x      V = a_x c_y - a_y c_x      W = b_x a_y - b_y a_x
+//! ```text
+//! U = c_x b_y - c_y b_x      V = a_x c_y - a_y c_x      W = b_x a_y - b_y a_x
+//! ```
 //!
 //! Rounding is monotone, so the difference of two rounded products has the right sign or is 0, and 0 counts as inside. A ray that meets the
 //! sheared mesh therefore meets the rounded one: nothing slips through a shared edge or corner. That needs products and differences
 //! rounded one by one: no fused multiply-add here.
+//!
+//! The distance comes from the plane through the triangle, t = n·a / n·d with n = (b - a) × (c - a) / (U + V + W): near a large wall that is far more
+//! accurate than weighing the corners' distances. It is clamped to theirs, which keeps it sound where the triangle is seen edge-on.
 
 use super::setup::Setup;
 use super::{Kernel, LaneHit, Nearest};
@@ -57,9 +62,17 @@ impl Plain {
         if sum.abs() < TINY {
             return tiny(a, b, c, shear[2]);
         }
+        // SAFETY: as above.
+        let raw = |v: usize| [x, y, z].map(|axis| unsafe { *corners.add((3 * v + axis) * count + lane) });
+        let edge = |v: usize| [0, 1, 2].map(|i| raw(v)[i] - raw(0)[i]);
+        let (e, f) = (edge(1), edge(2));
         let scale = 1.0 / sum;
-        let (u, v, w) = (u * scale, v * scale, w * scale);
-        Some([((u * a.2 + v * b.2) + w * c.2) * shear[2], v, w])
+        let minor = |i: usize, j: usize| (e[i] * f[j] - e[j] * f[i]) * scale;
+        let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
+        let to_plane = (n[0] * at(0, x) + n[1] * at(0, y)) + n[2] * a.2;
+        let along = (n[0] * shear[0] + n[1] * shear[1]) + n[2];
+        let depth = min(max(to_plane / along, min(min(a.2, b.2), c.2)), max(max(a.2, b.2), c.2));
+        Some([depth * shear[2], v * scale, w * scale])
     }
 }
 
@@ -90,12 +103,12 @@ impl Kernel for Plain {
     fn boxes(&self, node: &Node, best: f32, enter: &mut [f32; WIDTH]) -> u32 {
         let Setup { o, near, far, rows, .. } = self.0;
         let mut met = 0;
-        for i in 0..WIDTH {
+        for (i, enter) in enter.iter_mut().enumerate() {
             let n = [0, 1, 2].map(|a| (node.rows[rows[a]][i] - o[a]) * near[a]);
             let f = [0, 1, 2].map(|a| (node.rows[rows[a] ^ 1][i] - o[a]) * far[a]);
-            enter[i] = max(max(n[0], n[1]), max(n[2], 0.0));
+            *enter = max(max(n[0], n[1]), max(n[2], 0.0));
             let exit = min(min(f[0], f[1]), min(f[2], best));
-            met |= u32::from(enter[i] <= exit) << i;
+            met |= u32::from(*enter <= exit) << i;
         }
         met
     }

@@ -44,8 +44,9 @@ impl Setup {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
-        // a zero component becomes a very steep one: finite, so that no 0 · ∞ arises
-        let inverse = d.map(|d| (1.0 / d).clamp(-1e37, 1e37));
+        // Along an axis where d is 0 this is ±∞: planes are met at ±∞, and one that holds the origin at 0 · ∞, which is no number. The
+        // kernels' minima and maxima pass over that (or drop a neighbour with it): who runs along a box's side meets the box.
+        let inverse = d.map(|d| 1.0 / d);
         let size = d.map(f32::abs);
         let z = if size[0] > size[1] {
             if size[0] > size[2] { 0 } else { 2 }

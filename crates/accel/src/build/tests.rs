@@ -1,0 +1,93 @@
+//! What the finished tree must be like, whatever went in.
+
+use super::*;
+use crate::layout::{Node, ROWS, WIDTH};
+
+/// Long thin triangles and small ones, 2³¹-periodic numbers.
+fn mesh(n: u32, seed: u64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f32 / (1 << 24) as f32
+    };
+    let mut positions = Vec::new();
+    for _ in 0..n {
+        let (center, size) = (Vec3::new(next(), next(), next()), 0.01 + next().powi(6));
+        positions.extend((0..3).map(|_| center + size * (Vec3::new(next(), next(), next()) - 0.5)));
+    }
+    (positions, (0..n).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect())
+}
+
+fn built(positions: &[Vec3], indices: &[[u32; 3]], threads: usize, duplicates: f32) -> Accel {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+    let mut builder = Builder::new();
+    builder.add_mesh(TriangleMesh { positions, indices, geometry: 0 });
+    pool.install(|| builder.build(&BuildOptions { duplicates, ..BuildOptions::default() })).expect("builds")
+}
+
+/// The same tree, bit for bit, at one thread and at four, above the sizes at which work is shared.
+#[test]
+fn tree_does_not_depend_on_threads() {
+    let (positions, indices) = mesh(150_000, 1);
+    for duplicates in [0.0, 0.3] {
+        let (one, four) = (built(&positions, &indices, 1, duplicates), built(&positions, &indices, 4, duplicates));
+        assert!(one.tree == four.tree);
+    }
+}
+
+/// Every node's box holds what lies below it; every triangle is in some leaf; together the boxes of its leaves hold its corners.
+#[test]
+fn boxes_hold_their_triangles() {
+    for (n, duplicates) in [(1, 0.0), (2, 1.0), (7, 0.0), (8, 0.0), (9, 0.5), (100, 1.0), (5000, 0.0), (5000, 0.5)] {
+        let (positions, indices) = mesh(n, 7);
+        let accel = built(&positions, &indices, 2, duplicates);
+        let mut seen = vec![Bounds3::EMPTY; n as usize];
+        let tree = &accel.tree;
+        let mut waiting = vec![(tree.root.expect("a root"), accel.bounds, 0)];
+        while let Some((child, bounds, depth)) = waiting.pop() {
+            assert!(depth <= binary::MAX_DEPTH);
+            if child.is_node() {
+                let node: &Node = &tree.nodes[child.0 as usize];
+                for i in 0..WIDTH {
+                    if let Some(b) = node.bounds(i) {
+                        let b = instance::bounds(b);
+                        assert!(bounds.contains(b.min) && bounds.contains(b.max));
+                        waiting.push((node.children[i], b, depth + 1));
+                    }
+                }
+                continue;
+            }
+            let (first, count) = child.run();
+            for lane in 0..count {
+                let item = tree.items[first + lane] as usize;
+                let row = |r: usize| tree.corners[first * ROWS + r * count + lane];
+                for v in 0..3 {
+                    let p = Vec3::new(row(3 * v), row(3 * v + 1), row(3 * v + 2));
+                    assert_eq!(p, positions[indices[item][v] as usize]);
+                    if bounds.contains(p) {
+                        seen[item] = seen[item].including(p);
+                    }
+                }
+                assert!(lane == 0 || tree.items[first + lane - 1] < tree.items[first + lane]);
+            }
+        }
+        for (item, seen) in seen.iter().enumerate() {
+            let whole = Bounds3::of(indices[item].map(|i| positions[i as usize]));
+            assert_eq!(*seen, whole, "triangle {item} of {n}");
+        }
+        assert!(accel.stats().references <= n as usize + (n as f32 * duplicates) as usize);
+    }
+}
+
+/// Progress only grows to 1, and ends there.
+#[test]
+fn progress_ends_at_one() {
+    let (positions, indices) = mesh(50_000, 3);
+    let mut builder = Builder::new();
+    builder.add_mesh(TriangleMesh { positions: &positions, indices: &indices, geometry: 0 });
+    let heard = std::sync::Mutex::new(Vec::new());
+    let progress = |x: f32| heard.lock().expect("no panic elsewhere").push(x);
+    builder.build_with_progress(&BuildOptions::default(), &progress).expect("builds");
+    let heard = heard.into_inner().expect("no panic elsewhere");
+    assert!(heard.len() > 2 && heard.last() == Some(&1.0) && heard.iter().all(|x| (0.0..=1.0).contains(x)));
+}
