@@ -70,7 +70,8 @@ impl LightBounds {
                 let triangle = mesh.indices[primitive as usize];
                 let bounds = if whole { flat.bounds } else { Bounds3::of(triangle.map(|i| mesh.positions[i as usize])) };
                 // The front is where the shading normals point; where they disagree about a triangle, either side may emit.
-                let sides: Vec<bool> = triangle.iter().filter_map(|i| mesh.normals.get(*i as usize)).map(|ns| ns.dot(n) > 0.0).collect();
+                let sides: Vec<bool> =
+                    triangle.iter().filter_map(|i| mesh.normals.get(*i as usize)).map(|ns| ns.dot(n) > 0.0).collect();
                 let agreed = whole || sides.iter().all(|side| *side == sides[0]);
                 if agreed { Self { bounds, ..flat } } else { Self { bounds, ..all_around } }
             }

@@ -60,7 +60,8 @@ impl LightTree {
     /// The tree of the lights `bounds`; those of no intensity are never chosen.
     pub fn new(bounds: &[LightBounds]) -> Self {
         let lit = |b: &LightBounds| b.intensity > 0.0 && b.intensity.is_finite();
-        let mut items: Vec<Item> = bounds.iter().enumerate().filter(|(_, b)| lit(b)).map(|(i, b)| Item::new(i as u32, *b)).collect();
+        let mut items: Vec<Item> =
+            bounds.iter().enumerate().filter(|(_, b)| lit(b)).map(|(i, b)| Item::new(i as u32, *b)).collect();
         let mut tree = Self { nodes: Vec::new(), parent: Vec::new(), place: vec![NONE; bounds.len()] };
         if !items.is_empty() {
             tree.add(&mut items, NONE, 0);
@@ -120,7 +121,11 @@ impl LightTree {
         let mut parts: Vec<(&mut [Item], LightBounds)> = vec![with_bounds(items)];
         while parts.len() < 4 {
             let cost = |b: &LightBounds| b.cost(b.bounds.size().length());
-            let costliest = parts.iter().enumerate().filter(|(_, (part, _))| part.len() > 1).max_by(|(_, a), (_, b)| cost(&a.1).total_cmp(&cost(&b.1)));
+            let costliest = parts
+                .iter()
+                .enumerate()
+                .filter(|(_, (part, _))| part.len() > 1)
+                .max_by(|(_, a), (_, b)| cost(&a.1).total_cmp(&cost(&b.1)));
             let Some((i, _)) = costliest else { break };
             let (part, whole) = parts.remove(i);
             let middle = split(part, &whole, depth);
@@ -170,7 +175,8 @@ fn sum(w: Vec4) -> f32 {
 
 impl Node {
     fn new(bounds: &[LightBounds]) -> Self {
-        let lane = |f: &dyn Fn(&LightBounds) -> f32, none: f32| Vec4::from_array(std::array::from_fn(|i| bounds.get(i).map_or(none, f)));
+        let lane =
+            |f: &dyn Fn(&LightBounds) -> f32, none: f32| Vec4::from_array(std::array::from_fn(|i| bounds.get(i).map_or(none, f)));
         let middle = |b: &LightBounds| b.bounds.center();
         let vector = |f: &dyn Fn(&LightBounds) -> Vec3| std::array::from_fn(|axis| lane(&|b| f(b)[axis], 0.0));
         Self {

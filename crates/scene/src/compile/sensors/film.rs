@@ -9,8 +9,7 @@ use etendue_numerics::kernel::Kernel;
 const FILMS: &[&str] = &["hdrfilm", "ldrfilm"];
 const FILMS_REFUSED: &[(&str, &str)] = &[("specfilm", "films of many spectral bands cannot be rendered")];
 const FILTERS: &[&str] = &["box", "tent", "gaussian", "mitchell", "catmullrom", "lanczos"];
-const SAMPLERS: &[&str] =
-    &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol", "halton", "hammersley"];
+const SAMPLERS: &[&str] = &["independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol", "halton", "hammersley"];
 
 /// The default filter, Mitsuba's.
 const GAUSSIAN: Kernel = Kernel::Gaussian { stddev: 0.5 };
@@ -29,7 +28,7 @@ impl<'a> Compiler<'a> {
         for (_, extra) in films {
             self.diagnostics.error(extra.value.span, "a sensor has one film at the most");
         }
-        let size = self.options.size.unwrap_or([768, 576]);
+        let size = self.options.film_size([768, 576]);
         film.unwrap_or(FilmSettings { size, crop_offset: [0, 0], crop_size: size, filter: GAUSSIAN, channels: 3 })
     }
 
@@ -44,7 +43,7 @@ impl<'a> Compiler<'a> {
         let crop = self.crop(&mut params, full);
 
         // Another size keeps the part that is rendered in proportion.
-        let size = self.options.size.unwrap_or(full).map(|side| side.max(1));
+        let size = self.options.film_size(full).map(|side| side.max(1));
         let scale = |x: u32, i: usize| (f64::from(x) * f64::from(size[i]) / f64::from(full[i])).round() as u32;
         let crop_offset = std::array::from_fn(|i| scale(crop.0[i], i).min(size[i] - 1));
         let crop_size = std::array::from_fn(|i| scale(crop.1[i], i).clamp(1, size[i] - crop_offset[i]));
@@ -53,7 +52,9 @@ impl<'a> Compiler<'a> {
             let [w, h] = crop_size;
             let gib = (pixels * BYTES_PER_PIXEL) as f64 / (1u64 << 30) as f64;
             let text = format!("a film of {w} x {h} is {} million pixels and needs about {gib:.0} GiB", pixels / 1_000_000);
-            self.diagnostics.error(params.span(), text).help(format!("at most {} million pixels can be rendered", MAX_PIXELS / 1_000_000));
+            self.diagnostics
+                .error(params.span(), text)
+                .help(format!("at most {} million pixels can be rendered", MAX_PIXELS / 1_000_000));
         }
 
         let formats = ["rgb", "rgba", "luminance", "luminance_alpha", "xyz", "xyza"];
@@ -77,7 +78,8 @@ impl<'a> Compiler<'a> {
             if offset[i] + rest[i] > whole[i] {
                 let given = if params.has(sizes[i]) { sizes[i] } else { offsets[i] };
                 let (o, s, w) = (offset[i], rest[i], whole[i]);
-                let text = format!("the crop window does not fit: `{}` {o} and `{}` {s} pass the film's {w} pixels", offsets[i], sizes[i]);
+                let text =
+                    format!("the crop window does not fit: `{}` {o} and `{}` {s} pass the film's {w} pixels", offsets[i], sizes[i]);
                 self.diagnostics.error(params.span_of(given), text);
                 return ([0, 0], full);
             }

@@ -42,8 +42,11 @@ impl<'a> Compiler<'a> {
         if scales == Scales::Tell {
             let (low, high) = (lengths.min_element(), lengths.max_element());
             if high > low * (1.0 + TOLERANCE) {
-                let text = format!("`to_world` of `{model}` scales its axes by {:.4}, {:.4} and {:.4}", lengths.x, lengths.y, lengths.z);
-                self.diagnostics.error(span, text).help("a camera cannot be stretched: give the field of view by `fov` and the film's size");
+                let text =
+                    format!("`to_world` of `{model}` scales its axes by {:.4}, {:.4} and {:.4}", lengths.x, lengths.y, lengths.z);
+                self.diagnostics
+                    .error(span, text)
+                    .help("a camera cannot be stretched: give the field of view by `fov` and the film's size");
                 return None;
             }
             if (high - 1.0).abs() > TOLERANCE {
@@ -74,7 +77,8 @@ impl<'a> Compiler<'a> {
             None => (0.5 * diagonal, 2),
             Some(degrees) if degrees > 0.0 && degrees < 180.0 => ((0.5 * degrees.to_radians()).tan(), axis),
             Some(degrees) => {
-                let text = format!("`fov` of `{}` is {degrees}, expected more than 0 and less than 180 degrees", params.node.model.value);
+                let text =
+                    format!("`fov` of `{}` is {degrees}, expected more than 0 and less than 180 degrees", params.node.model.value);
                 self.diagnostics.error(params.span_of("fov"), text);
                 return 1.0;
             }
