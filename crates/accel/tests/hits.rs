@@ -64,7 +64,7 @@ proptest! {
     /// Scene and ray scaled by a power of two, in position and in length of the direction: t and barycentrics follow exactly. Beyond
     /// what f32 can square, up to rounding.
     #[test]
-    fn scale_does_not_matter(seed in any::<u64>(), position in -40_i32..100, length in -60_i32..60) {
+    fn scale_does_not_matter(seed in any::<u64>(), position in -80_i32..100, length in -60_i32..60) {
         let mut random = Random::new(seed);
         let (mesh, scale) = (soup(50, &mut random), 2.0_f32.powi(position));
         let accels = every_path(&mesh.accel(&BuildOptions::default()));
@@ -119,7 +119,7 @@ fn distance_to_a_large_wall_is_accurate() {
         let exact = (3.0 - f64::from(ray.o.x)) / f64::from(ray.d.x);
         match cast(&accels, &ray) {
             Some(hit) => assert!((f64::from(hit.t) / exact - 1.0).abs() < 1e-6, "{hit:?} {exact}"),
-            None => assert!(exact < 0.0 || exact > 900.0, "{ray:?} {exact}"),
+            None => assert!(!(0.0..=900.0).contains(&exact), "{ray:?} {exact}"),
         }
     }
 }

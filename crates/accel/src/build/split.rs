@@ -133,15 +133,15 @@ pub(crate) fn object_split(references: &[Reference], extent: &Extent) -> Option<
             right[i] = (bounds, if count == 0 { f32::INFINITY } else { bounds.half_area() * count as f32 });
         }
         (bounds, count) = (Box4::EMPTY, 0);
-        for i in 1..BINS {
+        for (i, right) in right.iter().enumerate().skip(1) {
             bounds = bounds.union(along(axis, i - 1).bounds);
             count += along(axis, i - 1).count;
             if count == 0 {
                 continue;
             }
-            let cost = bounds.half_area() * count as f32 + right[i].1;
+            let cost = bounds.half_area() * count as f32 + right.1;
             if cost < best.map_or(f32::INFINITY, |b| b.cost) {
-                let overlap = bounds.intersection(right[i].0).half_area_if_not_empty();
+                let overlap = bounds.intersection(right.0).half_area_if_not_empty();
                 best = Some(ObjectSplit { cost, axis, bin: i, binning, overlap });
             }
         }
