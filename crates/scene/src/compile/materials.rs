@@ -66,6 +66,7 @@ impl<'a> Compiler<'a> {
 
     /// The material of a shape: its nested one, or diffuse with reflectance 0.5, black where the shape emits.
     pub(crate) fn shape_material(&mut self, params: &mut Params<'a>) -> MaterialId {
+        self.check_attributes(params);
         let children = params.children(Kind::Bsdf);
         if let Some((_, second)) = children.get(1) {
             self.diagnostics.error(second.value.span, "a shape has one material; this is a second one");

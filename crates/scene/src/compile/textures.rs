@@ -4,7 +4,7 @@ use super::Compiler;
 use super::spectra::{CONSTANT_MODELS, ConstantSpectrum, Role};
 use crate::ids::TextureId;
 use crate::texture::{Bitmap, Checkerboard, FilterMode, MeshAttribute, Texels, Texture, UvMap, WrapMode};
-use etendue_description::{Description, Kind, NodeId, Params, Value};
+use etendue_description::{Description, Dialect, Kind, Node, NodeId, Param, Params, Value};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -39,7 +39,7 @@ impl ImageCache {
 }
 
 /// The picture that a texture node names, and whether it is raw.
-fn picture_of(node: &etendue_description::Node) -> Option<(&Path, bool)> {
+fn picture_of(node: &Node) -> Option<(&Path, bool)> {
     if node.kind != Kind::Texture || node.model.value != "bitmap" {
         return None;
     }
@@ -80,6 +80,7 @@ impl<'a> Compiler<'a> {
             "checkerboard" => Some(Texture::Checkerboard(Checkerboard {
                 color: [self.reflectance(&mut params, "color0", 0.4), self.reflectance(&mut params, "color1", 0.2)],
                 to_uv: UvMap::from(&params.transform(self.diagnostics, "to_uv")),
+                scalar_swaps: self.description.dialect == Dialect::Mitsuba,
             })),
             "mesh_attribute" => self.mesh_attribute(&mut params).map(Texture::MeshAttribute),
             model if CONSTANT_MODELS.contains(&model) => {
@@ -126,8 +127,8 @@ impl<'a> Compiler<'a> {
         match self.images.texels(self.description, path, raw) {
             Ok(texels) => {
                 if texels.mended > 0 {
-                    let text = format!("{} numbers of this picture are not finite; they are taken as 0", texels.mended);
-                    self.diagnostics.warning(span, text);
+                    let text = format!("this picture holds values that are not finite ({} of them)", texels.mended);
+                    self.diagnostics.warning(span, text).help("they are taken as 0");
                 }
                 Some(Bitmap { texels, filter, wrap, to_uv })
             }
@@ -151,4 +152,40 @@ impl<'a> Compiler<'a> {
         }
         Some(MeshAttribute::new(name, scale))
     }
+
+    /// Tells which mesh attributes the material and the emitter of a shape ask for that the shape does not have.
+    pub(super) fn check_attributes(&mut self, shape: &Params<'a>) {
+        let meshes = &self.description.assets.meshes;
+        let mesh = shape.node.params.iter().find_map(|p| match p.value.value {
+            Value::Mesh(i) => meshes.get(i as usize),
+            _ => None,
+        });
+        let known: Vec<&str> = mesh.map_or(Vec::new(), |m| m.attributes.iter().map(|a| a.name.as_str()).collect());
+        let (mut seen, mut open) = (BTreeSet::new(), children_of(shape.node));
+        while let Some(id) = open.pop() {
+            let node = self.description.node(id);
+            if node.kind == Kind::Shape || !seen.insert(id) {
+                continue;
+            }
+            open.extend(children_of(node));
+            let name = node.params.iter().find(|p| p.name.value == "name").map(|p| &p.value);
+            if let Some((Value::String(name), span)) = name.map(|v| (&v.value, v.span))
+                && node.model.value == "mesh_attribute"
+                && !known.contains(&name.as_str())
+            {
+                let text = format!("this `{}` has no attribute `{name}`", shape.node.model.value);
+                let told = self.diagnostics.error(span, text);
+                told.suggest(name, known.iter().copied());
+                if !known.is_empty() {
+                    told.help(format!("it has: {}", known.join(", ")));
+                }
+            }
+        }
+    }
+}
+
+/// The nodes that a node holds.
+fn children_of(node: &Node) -> Vec<NodeId> {
+    let child = |p: &Param| if let Value::Node(id) = p.value.value { Some(id) } else { None };
+    node.params.iter().filter_map(child).collect()
 }

@@ -5,6 +5,9 @@
 //!           color1   elsewhere                                            (u', v') = to_uv(u, v)
 //! ```
 //!
+//! Read as one number instead of a colour (a roughness, a weight), Mitsuba 3 takes the two values the other way round, and its scenes are
+//! made with that: `scalar_swaps`.
+//!
 //! A period of 1 in u' and v' holds two squares each way. Defaults: `color0` 0.4, `color1` 0.2.
 
 use crate::scene::Scene;
@@ -18,26 +21,28 @@ pub struct Checkerboard {
     pub color: [ColorSlot; 2],
     /// From (u, v) to (u', v').
     pub to_uv: UvMap,
+    /// Whether the values change places where one number is asked for.
+    pub scalar_swaps: bool,
 }
 
 impl Checkerboard {
     /// Which of the two values lies at `uv`.
     #[inline]
-    fn square(&self, uv: Vec2) -> &ColorSlot {
+    fn square(&self, uv: Vec2) -> usize {
         let high = self.to_uv.apply(uv).map(|x| x - x.floor()).cmpgt(Vec2::splat(0.5));
-        &self.color[usize::from(high.x != high.y)]
+        usize::from(high.x != high.y)
     }
 
     /// The value at x.
     #[inline]
     pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
-        self.square(x.uv).eval(x, wl)
+        self.color[self.square(x.uv)].eval(x, wl)
     }
 
     /// The value at x as one number.
     #[inline]
     pub fn eval_scalar(&self, x: &TextureContext) -> f32 {
-        self.square(x.uv).eval_scalar(x)
+        self.color[self.square(x.uv) ^ usize::from(self.scalar_swaps)].eval_scalar(x)
     }
 
     /// Zero: the squares are flat, and the steps between them have no gradient.
@@ -61,7 +66,7 @@ mod tests {
     fn squares_alternate_and_repeat() {
         let grey = |v| ColorSlot::Constant(Color::grey(v));
         let to_uv = UvMap::default();
-        let board = Checkerboard { color: [grey(0.4), grey(0.2)], to_uv };
+        let board = Checkerboard { color: [grey(0.4), grey(0.2)], to_uv, scalar_swaps: true };
         for (u, v, first) in [
             (0.1, 0.1, true),
             (0.6, 0.1, false),
@@ -71,7 +76,7 @@ mod tests {
             (-0.1, 0.1, false),
             (0.5, 0.1, true),
         ] {
-            assert_eq!(*board.square(Vec2::new(u, v)), board.color[usize::from(!first)], "({u}, {v})");
+            assert_eq!(board.square(Vec2::new(u, v)), usize::from(!first), "({u}, {v})");
         }
     }
 }
