@@ -305,6 +305,17 @@ impl Scatter for Bsdf {
     }
 
     #[inline]
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        match self.only() {
+            Some(slot) if slot.frame.is_none() => {
+                let (f, pdf) = slot.lobe.eval_pdf(wo, wi);
+                (f * slot.weight, pdf)
+            }
+            _ => (self.eval(wo, wi), self.pdf(wo, wi)),
+        }
+    }
+
+    #[inline]
     fn events(&self) -> Event {
         self.events
     }

@@ -66,6 +66,12 @@ pub trait Scatter {
     /// A direction for the uniform numbers `u1` (which part) and `u2` (where), all in [0, 1); `None` where the light is absorbed.
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample>;
 
+    /// Both [`Scatter::eval`] and [`Scatter::pdf`], for less than the price of two: next event estimation asks for both.
+    #[inline]
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        (self.eval(wo, wi), self.pdf(wo, wi))
+    }
+
     /// Every event that [`Scatter::sample`] may return.
     fn events(&self) -> Event;
     /// About how much of the light from `wo` is scattered, in [0, 1]: a feature for denoisers and guides, not a physical claim.

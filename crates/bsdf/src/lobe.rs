@@ -40,6 +40,11 @@ macro_rules! lobes {
             }
 
             #[inline]
+            fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+                match self { $(Self::$name(lobe) => lobe.eval_pdf(wo, wi),)+ }
+            }
+
+            #[inline]
             fn events(&self) -> Event {
                 match self { $(Self::$name(lobe) => lobe.events(),)+ }
             }

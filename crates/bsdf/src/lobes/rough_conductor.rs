@@ -42,6 +42,19 @@ impl RoughConductor {
     pub fn new(p: RoughConductorParams) -> Self {
         Self { metal: Conductor::new(p.conductor), facets: Microfacets::new(p.ndf, p.alpha_u, p.alpha_v, p.sample_visible) }
     }
+
+    /// f at the facet `m` half way between.
+    #[inline]
+    fn value(&self, wo: Vec3, wi: Vec3, m: Vec3) -> Spectrum {
+        self.metal.reflected(wo.dot(m).clamp(0.0, 1.0)) * (0.25 * self.facets.dg(wo, wi, m))
+    }
+}
+
+/// The density of mirror images of `wo` at the facets drawn: p(m) / (4 wo·m).
+#[inline]
+pub(super) fn reflected_pdf(facets: &Microfacets, wo: Vec3, m: Vec3) -> f32 {
+    let cos = wo.dot(m);
+    if cos > 0.0 { facets.pdf(wo, m) / (4.0 * cos) } else { 0.0 }
 }
 
 /// The half vector of two directions of the upper hemisphere, where both see it from the front.
@@ -55,14 +68,11 @@ pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
 
 impl Scatter for RoughConductor {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let Some(m) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        self.metal.reflected(wo.dot(m).clamp(0.0, 1.0)) * (0.25 * self.facets.dg(wo, wi, m))
+        half_vector(wo, wi).map_or(Spectrum::ZERO, |m| self.value(wo, wi, m))
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let Some(m) = half_vector(wo, wi) else { return 0.0 };
-        let cos = wi.dot(m);
-        if cos > 0.0 { self.facets.pdf(wo, m) / (4.0 * cos) } else { 0.0 }
+        half_vector(wo, wi).map_or(0.0, |m| reflected_pdf(&self.facets, wo, m))
     }
 
     fn sample(&self, wo: Vec3, _u1: f32, u2: Vec2) -> Option<BsdfSample> {
@@ -70,13 +80,16 @@ impl Scatter for RoughConductor {
             return None;
         }
         let m = self.facets.sample(wo, u2);
-        let (wi, cos) = (reflect(wo, m), wo.dot(m));
-        if wi.z <= 0.0 || cos <= 0.0 {
+        let wi = reflect(wo, m);
+        if wi.z <= 0.0 || wo.dot(m) <= 0.0 {
             return None;
         }
-        let pdf = self.facets.pdf(wo, m) / (4.0 * cos);
-        let f = self.metal.reflected(cos.min(1.0)) * (0.25 * self.facets.dg(wo, wi, m));
-        weighted(wi, f * (wi.z / pdf), pdf, 1.0, Self::EVENT)
+        let pdf = reflected_pdf(&self.facets, wo, m);
+        weighted(wi, self.value(wo, wi, m) * (wi.z / pdf), pdf, 1.0, Self::EVENT)
+    }
+
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        half_vector(wo, wi).map_or((Spectrum::ZERO, 0.0), |m| (self.value(wo, wi, m), reflected_pdf(&self.facets, wo, m)))
     }
 
     fn events(&self) -> Event {

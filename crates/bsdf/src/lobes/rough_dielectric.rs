@@ -146,6 +146,10 @@ impl Scatter for RoughDielectric {
         weighted(wi, self.value(&facet, wo, wi) * (wi.z.abs() / pdf), pdf, eta, event | Event::GLOSSY)
     }
 
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        Facet::between(wo, wi, self.eta).map_or((Spectrum::ZERO, 0.0), |x| (self.value(&x, wo, wi), self.density(&x, wo)))
+    }
+
     fn events(&self) -> Event {
         Event::REFLECT | Event::TRANSMIT | Event::GLOSSY
     }

@@ -3,7 +3,11 @@
 //! f = F(wo·m) D(m) G / (4 cosθ_o cosθ_i) + T(cosθ_o) T(cosθ_i) / (π η²) · ρ/(1 - R ρ'): [`RoughTransmittance`] holds T and the internal
 //! reflectance R of the varnish; ρ' = ρ with `nonlinear`, else 1.
 
-use super::{PlasticParams, plastic::Base, rough_conductor::half_vector};
+use super::{
+    PlasticParams,
+    plastic::Base,
+    rough_conductor::{half_vector, reflected_pdf},
+};
 use crate::{
     BsdfSample, Event, Microfacets, Ndf, Scatter,
     fresnel::{self, reflect},
@@ -52,21 +56,29 @@ impl RoughPlastic {
         let base = Base::new(&p.plastic, |_| boundary.internal_reflectance());
         Self { base, boundary: *boundary, facets: Microfacets::new(p.ndf, p.alpha, p.alpha, p.sample_visible) }
     }
+
+    /// f at the half vector `m`; `t` = T(cosθ_o).
+    #[inline]
+    fn value(&self, wo: Vec3, wi: Vec3, m: Vec3, t: f32) -> Spectrum {
+        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.base.eta).f * self.facets.dg(wo, wi, m);
+        self.base.specular * varnish + self.base.f * (t * self.boundary.at(wi.z))
+    }
+
+    /// p at the half vector `m`; `t` = T(cosθ_o).
+    #[inline]
+    fn density(&self, wo: Vec3, wi: Vec3, m: Vec3, t: f32) -> f32 {
+        let p = self.base.specular_probability(t);
+        p * reflected_pdf(&self.facets, wo, m) + (1.0 - p) * cosine_pdf(wi)
+    }
 }
 
 impl Scatter for RoughPlastic {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        let Some(m) = half_vector(wo, wi) else { return Spectrum::ZERO };
-        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.base.eta).f * self.facets.dg(wo, wi, m);
-        self.base.specular * varnish + self.base.f * (self.boundary.at(wo.z) * self.boundary.at(wi.z))
+        half_vector(wo, wi).map_or(Spectrum::ZERO, |m| self.value(wo, wi, m, self.boundary.at(wo.z)))
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let Some(m) = half_vector(wo, wi) else { return 0.0 };
-        let p = self.base.specular_probability(self.boundary.at(wo.z));
-        let cos = wi.dot(m);
-        let varnish = if cos > 0.0 { self.facets.pdf(wo, m) / (4.0 * cos) } else { 0.0 };
-        p * varnish + (1.0 - p) * cosine_pdf(wi)
+        half_vector(wo, wi).map_or(0.0, |m| self.density(wo, wi, m, self.boundary.at(wo.z)))
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
@@ -76,7 +88,14 @@ impl Scatter for RoughPlastic {
         let p = self.base.specular_probability(self.boundary.at(wo.z));
         let (wi, event) =
             if u1 < p { (reflect(wo, self.facets.sample(wo, u2)), Event::GLOSSY) } else { (cosine_sample(u2)?, Event::DIFFUSE) };
-        smooth(wi, self.eval(wo, wi), self.pdf(wo, wi), 1.0, Event::REFLECT | event)
+        let (f, pdf) = self.eval_pdf(wo, wi);
+        smooth(wi, f, pdf, 1.0, Event::REFLECT | event)
+    }
+
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        let Some(m) = half_vector(wo, wi) else { return (Spectrum::ZERO, 0.0) };
+        let t = self.boundary.at(wo.z);
+        (self.value(wo, wi, m, t), self.density(wo, wi, m, t))
     }
 
     fn events(&self) -> Event {

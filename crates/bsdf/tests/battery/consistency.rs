@@ -30,6 +30,7 @@ fn a_sample_agrees_with_eval_and_pdf() {
                         let tolerance = 2e-3 + 2e-5 / f.roughness().max(1e-3);
                         let near = |a: f32, b: f32| (a - b).abs() <= tolerance * a.abs().max(b.abs()) + 1e-6;
                         assert!(near(p, f.pdf(wo, s.wi)), "pdf {}, {}", f.pdf(wo, s.wi), what());
+                        assert_eq!(f.eval_pdf(wo, s.wi), (f.eval(wo, s.wi), f.pdf(wo, s.wi)), "both, {}", what());
                         let weight = f.eval(wo, s.wi) * (s.wi.z.abs() / p);
                         assert!((0..3).all(|k| near(weight[k], s.weight[k])), "weight {weight:?}, {}", what());
                         if transmits {

@@ -2,6 +2,7 @@
 //!
 //! | claim | test |
 //! | --- | --- |
+//! | what has a formula meets it | `closed_forms` |
 //! | smooth samples are distributed by `pdf`, and ∫pdf is their share | `chi_square` |
 //! | E[weight g] = ∫ f g cosθ for several g | `moments` |
 //! | `weight`, `pdf` and `eval` of one sample agree | `consistency` |
@@ -14,6 +15,7 @@
 //! each of `chi_square` and `moments` as a whole.
 
 mod chi_square;
+mod closed_forms;
 mod consistency;
 mod energy;
 mod models;
