@@ -2,7 +2,6 @@
 #![allow(dead_code)]
 
 use etendue_check::{Moments, Rng};
-use etendue_description::Diagnostics;
 use etendue_formats::{ReadOptions, read_str};
 use etendue_numerics::{Ray, Vec2, Vec3, Wavelengths};
 use etendue_scene::{CompileOptions, Interaction, LightReference, Scene, compile};
@@ -16,11 +15,11 @@ pub fn try_scene_in(folder: &Path, inside: &str) -> (Option<Scene>, String) {
     let name = folder.join("scene.xml");
     let (description, mut diagnostics) = read_str(&name.to_string_lossy(), &text, &ReadOptions::default());
     let scene = if diagnostics.has_errors() { None } else { compile(&description, &CompileOptions::default(), &mut diagnostics) };
-    (scene, plain(&diagnostics))
-}
-
-fn plain(diagnostics: &Diagnostics) -> String {
-    diagnostics.iter().map(|d| format!("{:?}: {} {}\n", d.severity, d.message, d.help.join(" "))).collect()
+    let messages = diagnostics.iter().map(|d| {
+        let at = d.span.map_or("", |s| &description.sources.text(s.source)[s.start as usize..s.end as usize]);
+        format!("{:?} at `{at}`: {} {}\n", d.severity, d.message, d.help.join(" "))
+    });
+    (scene, messages.collect())
 }
 
 pub fn try_scene(inside: &str) -> (Option<Scene>, String) {
