@@ -24,8 +24,8 @@ pub(crate) struct Missing {
 }
 
 impl Files<'_> {
-    /// The file `name` in the first of the folders that has it.
-    pub fn resolve(&self, name: &str, folders: &[PathBuf]) -> Result<PathBuf, Missing> {
+    /// The file `name` in the first of the folders that has it; where none has, the nearest name if `search` asks for it.
+    pub fn resolve(&self, name: &str, folders: &[PathBuf], search: bool) -> Result<PathBuf, Missing> {
         // Scenes written on Windows name files with backslashes.
         let slashed = (!cfg!(windows) && name.contains('\\')).then(|| name.replace('\\', "/"));
         for name in std::iter::once(name).chain(slashed.as_deref()) {
@@ -37,7 +37,7 @@ impl Files<'_> {
             }
         }
         let name = slashed.as_deref().unwrap_or(name);
-        let near = folders.iter().find_map(|folder| self.near(&folder.join(name)));
+        let near = folders.iter().filter(|_| search).find_map(|folder| self.near(&folder.join(name)));
         Err(Missing { folders: folders.to_vec(), near })
     }
 
@@ -127,9 +127,9 @@ mod tests {
         options.files.insert("meshes/größe 箱.obj".into(), (*b"x").into());
         let files = Files { options: &options };
         let folders = [PathBuf::from("scenes/.."), PathBuf::from("scenes")];
-        assert!(files.resolve("meshes/größe 箱.obj", &folders).is_ok());
-        assert!(cfg!(windows) || files.resolve("meshes\\größe 箱.obj", &folders).is_ok());
-        let missing = files.resolve("meshes/grösse 箱.obj", &folders).map_err(|m| m.near);
+        assert!(files.resolve("meshes/größe 箱.obj", &folders, false).is_ok());
+        assert!(cfg!(windows) || files.resolve("meshes\\größe 箱.obj", &folders, false).is_ok());
+        let missing = files.resolve("meshes/grösse 箱.obj", &folders, true).map_err(|m| m.near);
         assert_eq!(missing.unwrap_err(), Some(PathBuf::from("scenes/../meshes/größe 箱.obj")));
     }
 }

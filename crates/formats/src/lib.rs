@@ -47,7 +47,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> (Description, Diagnostics) {
             let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
             let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
             if !path.exists()
-                && let Err(missing) = files.resolve(&name, &[folder])
+                && let Err(missing) = files.resolve(&name, &[folder], true)
                 && let Some(near) = missing.near
             {
                 error.help(format!("did you mean `{}`?", near.display()));

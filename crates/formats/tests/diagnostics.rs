@@ -317,6 +317,41 @@ fn very_deep_very_broken() {
 }
 
 #[test]
+fn bombs_are_refused() {
+    // Each parameter is twice the one before; each file includes the next one twice.
+    let doubling: String = (1..60).map(|i| format!("<default name=\"p{i}\" value=\"$p{}$p{}\"/>", i - 1, i - 1)).collect();
+    let said = said(&scene(&format!("<default name=\"p0\" value=\"boom\"/>{doubling}")));
+    assert!(said[0].contains("with its parameters put in, this value has more than 1048576 bytes"), "{}", said[0]);
+
+    let names: Vec<String> = (0..40).map(|i| format!("f{i}.xml")).collect();
+    let texts: Vec<String> = (1..41).map(|i| scene(&format!("<include filename=\"f{i}.xml\"/>").repeat(2))).collect();
+    let mut files: Vec<(&str, &[u8])> = names.iter().zip(&texts).map(|(n, t)| (n.as_str(), t.as_bytes())).collect();
+    files.push(("f40.xml", b"<scene version=\"3.0.0\"/>"));
+    let said = lines(&read_str("s.xml", &scene("<include filename=\"f0.xml\"/>"), &with_files(&files)));
+    assert_eq!(said.len(), 1);
+    assert!(said[0].ends_with("error: more than 10000 files are included"), "{}", said[0]);
+
+    // Many unknown names among many known ones.
+    let many: String =
+        (0..3_000).map(|i| format!("<bsdf type=\"diffuse\" id=\"material{i}\"/><ref id=\"materiel{i}\"/>\n")).collect();
+    let said = lines(&read_str("s.xml", &scene(&many), &ReadOptions::default()));
+    assert_eq!((said.len(), said.iter().filter(|line| line.contains("did you mean")).count()), (3_000, 50));
+}
+
+#[test]
+fn a_file_too_large_is_refused_unread() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("large.xml");
+    std::fs::File::create(&path).and_then(|file| file.set_len(1 << 30)).unwrap();
+    let said = lines(&read(&path, &ReadOptions::default()));
+    assert!(
+        said[0].ends_with("cannot be read: it has 1073741824 bytes, more than the 536870912 of the largest text read here"),
+        "{}",
+        said[0]
+    );
+}
+
+#[test]
 fn all_mistakes_are_told_in_one_go() {
     let text = "<scene version=\"3.0.0\">\r\n<shape type=\"sphere\"><float name=\"r\" value=\"x\"/></shape>\r\n<oops/>\r\n<shape type=\"obj\"><string name=\"filename\" value=\"no.obj\"/></shape>\r\n<shape type=\"cube\"><ref id=\"no\"/></shape>\r\n</scene>";
     let places: Vec<String> = said(text).iter().map(|line| line.split(' ').next().unwrap().to_owned()).collect();

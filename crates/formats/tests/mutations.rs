@@ -213,9 +213,24 @@ proptest! {
     }
 }
 
+#[test]
+fn files_cut_at_every_byte() {
+    // A binary PLY cut one byte before the end of its vertices was once read beyond its end.
+    for bytes in ["xml", "obj", "ply", "serialized", "vol"].into_iter().flat_map(corpus) {
+        for end in 0..bytes.len() {
+            let cut = &bytes[..end];
+            let text = String::from_utf8_lossy(cut);
+            let (description, diagnostics) = read_str("no-folder/s.xml", &text, &ReadOptions::default());
+            assert!(!diagnostics.render(&description.sources).is_empty() || end + 1 == bytes.len());
+            let _ = (obj::read(cut, true), ply::read(cut, true), serialized::read(cut, 1), vol::read(cut));
+        }
+    }
+}
+
 /// The same elements, attributes and values in the same order.
 fn compare(text: &str, ours: &xml::Document, id: xml::ElementId, theirs: roxmltree::Node) -> Result<(), TestCaseError> {
-    prop_assert_eq!(xml::slice(text, &ours.element(id).name), &text[theirs.range()][1..][..theirs.tag_name().name().len()]);
+    // They know namespaces and take the prefix off.
+    prop_assert_eq!(xml::slice(text, &ours.element(id).name).rsplit(':').next(), Some(theirs.tag_name().name()));
     prop_assert_eq!(ours.element(id).end as usize, theirs.range().end);
     prop_assert_eq!(ours.attributes(id).len(), theirs.attributes().len());
     for (a, b) in ours.attributes(id).iter().zip(theirs.attributes()) {

@@ -12,6 +12,7 @@
 
 mod assets;
 mod attributes;
+mod document;
 mod names;
 mod parameters;
 mod spectrum;
@@ -19,7 +20,7 @@ mod text;
 mod transform;
 mod values;
 
-use crate::files::{Files, plain};
+use crate::files::Files;
 use crate::xml::{self, Document, ElementId};
 use attributes::Attributes;
 use etendue_description::{Description, Diagnostics, Kind, Node, NodeId, Param, SourceId, Span, Spanned, Value, nearest};
@@ -30,6 +31,9 @@ use std::sync::Arc;
 
 /// Elements may be nested this deep over all files that include each other; a single file may [`xml::MAX_DEPTH`].
 const MAX_DEPTH: usize = 192;
+
+/// Unknown names beyond this number are told without the nearest known one.
+const MAX_SEARCHES: usize = 50;
 
 /// Elements that are not objects.
 const OTHER_TAGS: [&str; 21] = [
@@ -82,6 +86,8 @@ pub(crate) fn read(path: &Path, text: String, files: Files) -> (Description, Dia
         names: names::Names::default(),
         wanted: assets::Wanted::default(),
         chain: Vec::new(),
+        included: 0,
+        searches: MAX_SEARCHES,
         depth: 0,
         broken: false,
     };
@@ -105,6 +111,10 @@ struct Reader<'a> {
     wanted: assets::Wanted,
     /// The files that are being read, each included by the one before.
     chain: Vec<PathBuf>,
+    /// How many files were included.
+    included: usize,
+    /// How many more near names may be searched; each costs a look at all names.
+    searches: usize,
     /// Nesting of elements over all of these.
     depth: usize,
     /// Whether parts of a file could not be read at all, so that what they would define is missing.
@@ -141,81 +151,7 @@ enum Parent {
     Node(NodeId),
 }
 
-/// An `<include>` that a file was named by: who gets its content, and the name for a single object.
-struct Include {
-    parent: Parent,
-    name: Option<Spanned<String>>,
-}
-
 impl Reader<'_> {
-    /// A whole file: a `<scene>`, or, where it is included, a single object.
-    fn file(&mut self, source: SourceId, mut folders: Vec<PathBuf>, include: Option<Include>) {
-        let path = self.description.sources.path(source).to_path_buf();
-        folders.insert(0, path.parent().map(Path::to_path_buf).unwrap_or_default());
-        let text = self.description.sources.shared_text(source);
-        let before = self.diagnostics.count(etendue_description::Severity::Error);
-        let document = xml::parse(source, &text, &mut self.diagnostics);
-        self.broken |= self.diagnostics.count(etendue_description::Severity::Error) > before;
-        let mut file = File { document, text, source, folders };
-        let Some(root) = file.document.root() else { return };
-
-        let name = file.name(root).to_owned();
-        let kind = KINDS.into_iter().find(|kind| kind.name() == name);
-        let parent = include.as_ref().map_or(Parent::Scene, |include| include.parent);
-        self.chain.push(plain(&path));
-        if name == "scene" {
-            let mut attributes = Attributes::new(self, &file, root);
-            let version = attributes.required("version");
-            for ignored in ["type", "id", "name"] {
-                attributes.optional(ignored);
-            }
-            attributes.finish(self);
-            if version.is_none_or(|version| self.version(&version)) {
-                self.children(&mut file, root, parent);
-            }
-        } else if let (Some(kind), Some(include)) = (kind, include) {
-            let mut attributes = Attributes::new(self, &file, root);
-            let version = attributes.required("version");
-            if version.is_none_or(|version| self.version(&version)) {
-                self.object(&mut file, root, kind, attributes, parent, include.name);
-            }
-        } else {
-            self.diagnostics
-                .error(file.name_span(root), format!("the outermost element is `<{name}>`, expected `<scene>`"))
-                .help("a scene file begins with <scene version=\"3.0.0\">");
-        }
-        self.chain.pop();
-    }
-
-    /// Whether a file of this version is read here; says why not.
-    fn version(&mut self, version: &text::Text) -> bool {
-        let (word, _) = version.trimmed();
-        let parts: Option<Vec<u32>> = word.split('.').map(|part| part.parse().ok()).collect();
-        match parts.as_deref() {
-            Some([major, ..]) if parts.as_ref().is_some_and(|p| p.len() <= 3) => {
-                if *major < 2 {
-                    self.diagnostics
-                        .error(
-                            version.span,
-                            format!("version {word} is that of Mitsuba 0.5 and 0.6, which are not read; 2.0.0 and later are"),
-                        )
-                        .help("upgrade the file: names such as `toWorld` become `to_world`, and the version 3.0.0")
-                        .help("Mitsuba 3 does most of it: mitsuba.parser.parse_file, transform_upgrade, write_file");
-                    self.broken = true;
-                    return false;
-                }
-                if *major > 3 {
-                    self.diagnostics.warning(version.span, format!("version {word} is not known, read as 3.0.0"));
-                }
-                true
-            }
-            _ => {
-                version.mistake(&mut self.diagnostics, format!("`{word}` is no version, expected such as 3.0.0"));
-                true
-            }
-        }
-    }
-
     /// All elements inside another one.
     fn children(&mut self, file: &mut File, id: ElementId, parent: Parent) {
         if self.depth >= MAX_DEPTH {
@@ -335,77 +271,6 @@ impl Reader<'_> {
         }
     }
 
-    fn include(&mut self, file: &File, mut attributes: Attributes, parent: Parent) {
-        let filename = attributes.required("filename");
-        let name = attributes.optional("name").map(|text| Spanned::new(text.value, text.span));
-        attributes.finish(self);
-        let Some(filename) = filename else { return };
-        let Some(path) = self.find_file(&filename.value, filename.span, &file.folders) else {
-            self.broken = true;
-            return;
-        };
-        if self.chain.contains(&plain(&path)) {
-            let chain = self.chain.iter().map(|p| format!("`{}`", p.display())).chain([format!("`{}`", path.display())]);
-            let chain = chain.collect::<Vec<_>>().join(", which includes ");
-            self.diagnostics.error(filename.span, format!("`{}` includes itself", filename.value)).help(chain);
-            return;
-        }
-        match self.files.read_text(&path) {
-            Ok(text) => {
-                let source = self.description.sources.add_included(path, text, filename.span);
-                self.file(source, file.folders.clone(), Some(Include { parent, name }));
-            }
-            Err(why) => {
-                self.diagnostics.error(filename.span, format!("`{}` cannot be read: {why}", path.display()));
-                self.broken = true;
-            }
-        }
-    }
-
-    fn default(&mut self, mut attributes: Attributes) {
-        let (name, value) = (attributes.required("name"), attributes.required("value"));
-        attributes.finish(self);
-        if let (Some(name), Some(value)) = (name, value) {
-            if name.value.is_empty() {
-                name.mistake(&mut self.diagnostics, "a parameter needs a name".to_owned());
-                return;
-            }
-            self.parameters.set_default(name.value, value.value);
-        }
-    }
-
-    fn search_path(&mut self, file: &mut File, mut attributes: Attributes) {
-        let value = attributes.required("value");
-        attributes.finish(self);
-        let Some(value) = value else { return };
-        match self.files.resolve_folder(&value.value, &file.folders) {
-            Some(folder) => file.folders.insert(0, folder),
-            None => {
-                let searched = searched(&file.folders);
-                value.mistake(&mut self.diagnostics, format!("there is no folder `{}`", value.value)).help(searched);
-            }
-        }
-    }
-
-    /// The path of a file, or a message that names the folders searched and the nearest name there.
-    fn find_file(&mut self, name: &str, span: Span, folders: &[PathBuf]) -> Option<PathBuf> {
-        if name.trim().is_empty() {
-            self.diagnostics.error(span, "a file name must stand here");
-            return None;
-        }
-        match self.files.resolve(name, folders) {
-            Ok(path) => Some(path),
-            Err(missing) => {
-                let error = self.diagnostics.error(span, format!("there is no file `{name}`"));
-                if let Some(near) = missing.near {
-                    error.help(format!("did you mean `{}`?", near.display()));
-                }
-                error.help(searched(&missing.folders));
-                None
-            }
-        }
-    }
-
     /// Values have nothing inside.
     fn no_children(&mut self, file: &File, id: ElementId) {
         if let Some(child) = file.document.children(id).next() {
@@ -433,11 +298,4 @@ impl Reader<'_> {
         }
         (self.description, self.diagnostics)
     }
-}
-
-fn searched(folders: &[PathBuf]) -> String {
-    let names = folders
-        .iter()
-        .map(|f| if f.as_os_str().is_empty() { "the working folder".to_owned() } else { format!("`{}`", f.display()) });
-    format!("looked in {}", names.collect::<Vec<_>>().join(", "))
 }

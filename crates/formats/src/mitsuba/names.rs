@@ -3,7 +3,7 @@
 use super::attributes::Attributes;
 use super::{Parent, Reader};
 use etendue_description::{Node, NodeId, Param, Span, Spanned, Value};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Stands for the object of a reference until that is known.
 const OPEN: NodeId = NodeId(u32::MAX);
@@ -84,13 +84,14 @@ impl Reader<'_> {
     pub(super) fn resolve_references(&mut self) {
         self.resolve_aliases();
         let mut open = false;
+        let mut top: BTreeSet<NodeId> = self.description.top.iter().copied().collect();
         for Reference { owner, param, id } in std::mem::take(&mut self.names.references) {
             match (self.names.ids.get(&id.value), owner) {
                 (Some((node, _)), Some(owner)) => {
                     self.description.nodes[owner.0 as usize].params[param].value.value = Value::Node(*node);
                 }
                 (Some((node, _)), None) => {
-                    if !self.description.top.contains(node) {
+                    if top.insert(*node) {
                         self.description.top.push(*node);
                     }
                 }
@@ -133,9 +134,13 @@ impl Reader<'_> {
 
     fn unknown(&mut self, id: &Spanned<String>) {
         // What a part that could not be read would have defined is not missed.
-        if !self.broken {
-            let known = self.names.ids.keys().map(String::as_str);
-            self.diagnostics.error(id.span, format!("nothing has the id `{}`", id.value)).suggest(&id.value, known);
+        if self.broken {
+            return;
+        }
+        let error = self.diagnostics.error(id.span, format!("nothing has the id `{}`", id.value));
+        if self.searches > 0 {
+            self.searches -= 1;
+            error.suggest(&id.value, self.names.ids.keys().map(String::as_str));
         }
     }
 

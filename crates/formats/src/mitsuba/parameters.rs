@@ -3,8 +3,11 @@
 //! A `$` in an attribute is replaced by the value of the parameter whose name follows: the longest one that fits, so that `$spp2` means
 //! `spp2` if there is one, and else `spp` followed by a 2. `\$` is a dollar.
 
-use super::text::Text;
+use super::text::{Text, shortened};
 use etendue_description::{Diagnostics, Span, nearest};
+
+/// A value may grow to this many bytes; parameters made of parameters could fill any memory.
+const LONGEST: usize = 1 << 20;
 
 /// The parameters known so far.
 #[derive(Default)]
@@ -49,7 +52,7 @@ impl Parameters {
         let mut out = String::new();
         let mut sound = true;
         let mut at = 0;
-        while let Some(i) = written[at..].find('$').map(|i| at + i) {
+        while let Some(i) = written[at..].find('$').map(|i| at + i).filter(|_| out.len() <= LONGEST) {
             if written[at..i].ends_with('\\') {
                 out.push_str(&written[at..i - 1]);
                 out.push('$');
@@ -68,7 +71,7 @@ impl Parameters {
                     parameter.known = true;
                     out.push_str(&parameter.value);
                     let giver = if parameter.given { "-D" } else { "<default>" };
-                    text.origins.push(format!("`${}` is `{}` here, by {giver}", parameter.name, parameter.value));
+                    text.origins.push(format!("`${}` is `{}` here, by {giver}", parameter.name, shortened(&parameter.value)));
                     at = i + 1 + parameter.name.len();
                 }
                 None => {
@@ -80,6 +83,10 @@ impl Parameters {
             }
         }
         out.push_str(&written[at..]);
+        if out.len() > LONGEST {
+            diagnostics.error(text.span, format!("with its parameters put in, this value has more than {LONGEST} bytes"));
+            return false;
+        }
         text.value = out;
         text.exact = false;
         sound

@@ -7,6 +7,7 @@
 //!
 //! Source: Extensible Markup Language (XML) 1.0, fifth edition, W3C 2008.
 
+mod attributes;
 mod parse;
 
 pub use parse::{MAX_DEPTH, parse};

@@ -56,7 +56,8 @@ impl Reader {
             let (name, count) = (&element.name, element.count);
             let least = element.least(header.encoding) as u128 * count as u128;
             // The last number of a text needs no blank behind it.
-            if least > numbers.rest() as u128 + 1 || count > u32::MAX as usize {
+            let slack = u128::from(header.encoding == Encoding::Ascii);
+            if least > numbers.rest() as u128 + slack || count > u32::MAX as usize {
                 let rest = numbers.rest();
                 let text =
                     format!("the header promises {count} of element `{name}`, at least {least} bytes, and {rest} bytes follow");
