@@ -6,6 +6,7 @@
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{SourceId, Sources, Span, floor_char_boundary};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 /// Columns of text; longer source lines are cut around the word.
@@ -48,17 +49,17 @@ fn one(out: &mut String, diagnostic: &Diagnostic, sources: &Sources, coloured: b
         let kind = if words.is_none() { AnnotationKind::Primary } else { AnnotationKind::Context };
         let mut mark = kind.span(line.mark);
         if let Some(words) = words {
-            mark = mark.label(words);
-            snippet = snippet.path(sources.path(span.source).display().to_string());
+            mark = mark.label(clean(words));
+            snippet = snippet.path(clean(&sources.path(span.source).display().to_string()).into_owned());
         }
         group = group.element(snippet.annotation(mark));
         pictures += 1;
     }
     for text in &diagnostic.help {
-        group = group.element(Level::HELP.message(text));
+        group = group.element(Level::HELP.message(clean(text)));
     }
     for text in include_chain(sources, diagnostic.span.map(|s| s.source)) {
-        group = group.element(Level::NOTE.message(text));
+        group = group.element(Level::NOTE.message(clean(&text).into_owned()));
     }
 
     if pictures > 0 {
@@ -67,7 +68,7 @@ fn one(out: &mut String, diagnostic: &Diagnostic, sources: &Sources, coloured: b
         out.push('\n');
     } else {
         for text in &diagnostic.help {
-            let _ = writeln!(out, "   = help: {text}");
+            let _ = writeln!(out, "   = help: {}", clean(text));
         }
     }
     out.push('\n');
@@ -76,19 +77,28 @@ fn one(out: &mut String, diagnostic: &Diagnostic, sources: &Sources, coloured: b
 /// `file:line:col: error: message`.
 fn headline(out: &mut String, diagnostic: &Diagnostic, sources: &Sources, coloured: bool) {
     if let Some(span) = diagnostic.span {
-        let _ = write!(out, "{}: ", sources.place(span));
+        let _ = write!(out, "{}: ", clean(&sources.place(span)));
     }
     let word = diagnostic.severity.name();
+    let message = clean(&diagnostic.message);
     if coloured {
         let colour = match diagnostic.severity {
             Severity::Error => 91,
             Severity::Warning => 93,
             Severity::Note => 92,
         };
-        let _ = writeln!(out, "\x1b[1;{colour}m{word}\x1b[0m\x1b[1m: {}\x1b[0m", diagnostic.message);
+        let _ = writeln!(out, "\x1b[1;{colour}m{word}\x1b[0m\x1b[1m: {message}\x1b[0m");
     } else {
-        let _ = writeln!(out, "{word}: {}", diagnostic.message);
+        let _ = writeln!(out, "{word}: {message}");
     }
+}
+
+/// A text in one line without control characters, which a file's words may hold and a terminal would obey.
+fn clean(text: &str) -> Cow<'_, str> {
+    if !text.contains(|c: char| c.is_control()) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.chars().map(|c| if c.is_control() { c.escape_default().to_string() } else { c.to_string() }).collect())
 }
 
 fn level(severity: Severity) -> Level<'static> {
@@ -190,6 +200,18 @@ lamp.xml:2:10: error: unknown attribute `nome`
         let text = diagnostics.render(&sources);
         assert!(text.starts_with("error: no such file\n   = help: look again\n\nlong.xml:1:200009: error: "), "{text}");
         assert!(text.lines().all(|l| l.chars().count() <= super::WIDTH), "{text}");
+    }
+
+    #[test]
+    fn words_of_a_file_do_not_command_the_terminal() {
+        let mut sources = Sources::default();
+        let id = sources.add("a\nb.xml", "<x id=\"\x1b[31m\"/>");
+        let mut diagnostics = Diagnostics::default();
+        let span = span(&sources, id, "\x1b[31m");
+        diagnostics.error(span, "nothing has the id `\x1b[31m`").help("\x07").label(span, "\r");
+        let text = diagnostics.render(&sources);
+        assert!(text.starts_with("a\\nb.xml:1:8: error: nothing has the id `\\u{1b}[31m`\n"), "{text}");
+        assert!(!text.contains(['\x1b', '\x07', '\r']), "{text:?}");
     }
 
     #[test]
