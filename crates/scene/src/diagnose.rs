@@ -1,7 +1,7 @@
 //! Why is the picture black? Looks at a scene as a person would who has just rendered it and sees nothing.
 
 use crate::scene::Scene;
-use crate::sensor::{Camera, CameraRay};
+use crate::sensor::CameraRay;
 use crate::settings::View;
 use etendue_bsdf::Scatter;
 use etendue_numerics::{Vec2, Wavelengths};

@@ -327,3 +327,25 @@ fn a_ball_of_distances_is_watertight() {
         }
     }
 }
+
+/// Rays that make no sense meet nothing, or something finite; they never hang and never panic.
+#[test]
+fn senseless_rays_do_no_harm() {
+    let disk = Disk::new(&ID, false).expect("a disk");
+    let mesh = Mesh::new(&tetrahedron(), &ID, false);
+    let world = World::new(vec![sphere(1.0), disk.into(), cylinder(DMat4::IDENTITY, false), mesh.into(), ball(9, true).into()]);
+    let numbers = [0.0, -0.0, 1.0, -1e-40, 1e38, -1e38, f32::INFINITY, f32::NEG_INFINITY, f32::NAN];
+    let mut rng = rng(1);
+    for _ in 0..100_000 {
+        let mut pick = || Vec3::from(std::array::from_fn(|_| numbers[rng.below(numbers.len())]));
+        let ray = Ray::new(pick(), pick()).until(pick().x);
+        if let Some(x) = world.see(&ray) {
+            assert!(x.t > 0.0 && x.t < ray.t_max, "{ray:?}");
+        }
+        for (_, surface) in world.surfaces.iter() {
+            if let Some(hit) = surface.shape.intersect(&ray) {
+                assert!(hit.t > 0.0 && hit.t < ray.t_max, "{ray:?}");
+            }
+        }
+    }
+}

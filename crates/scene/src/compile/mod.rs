@@ -17,8 +17,8 @@ use crate::settings::{Integrator, View};
 use crate::shape::{Geometry, Shape, Surfaces};
 use crate::texture::Texture;
 use etendue_accel::{Accel, BuildError, BuildOptions, Builder, TriangleMesh};
-use etendue_description::{Description, Diagnostics, Kind, NodeId, Params};
-use std::collections::BTreeMap;
+use etendue_description::{Description, Diagnostics, Kind, NodeId, Params, Value};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// What the caller changes about the scene before it is compiled.
@@ -49,6 +49,9 @@ impl CompileOptions {
 /// The scene that `description` describes, or `None` where `diagnostics` holds errors.
 pub fn compile(description: &Description, options: &CompileOptions, diagnostics: &mut Diagnostics) -> Option<Scene> {
     let mut c = Compiler::new(description, options, diagnostics);
+    // An emitter that shapes refer to by its id shines from them, not by itself.
+    let values = description.nodes.iter().filter(|n| n.kind == Kind::Shape).flat_map(|n| &n.params).map(|p| &p.value.value);
+    let of_shapes: BTreeSet<NodeId> = values.filter_map(|v| if let Value::Node(id) = v { Some(*id) } else { None }).collect();
     for &id in &description.top {
         match description.node(id).kind {
             Kind::Integrator => c.integrator(id),
@@ -56,6 +59,7 @@ pub fn compile(description: &Description, options: &CompileOptions, diagnostics:
             Kind::Bsdf => drop(c.material(id)),
             Kind::Texture => drop(c.texture(id)),
             Kind::Shape => c.shape(id),
+            Kind::Emitter if of_shapes.contains(&id) => {}
             Kind::Emitter => c.emitter(id, None),
             other => c.refuse_kind(id, other),
         }
@@ -172,7 +176,7 @@ impl<'a> Compiler<'a> {
             Kind::Film => "a film belongs into a sensor",
             Kind::Filter => "a reconstruction filter belongs into a film",
             Kind::Sampler => "a sampler belongs into a sensor",
-            Kind::Medium | Kind::Phase | Kind::Volume => "participating media cannot be rendered yet",
+            Kind::Medium | Kind::Phase | Kind::Volume => return self.refuse_medium(node.model.span),
             _ => "it has no place in the scene itself",
         };
         self.diagnostics.error(node.model.span, format!("{} `{}`: {place}", kind.name(), node.model.value));

@@ -104,7 +104,7 @@ impl<'a> Compiler<'a> {
 
     /// The geometry of a shape node, or `None` where it was refused.
     fn geometry(&mut self, params: &mut Params<'a>) -> Option<Shape> {
-        let to_world = self.to_world(params)?;
+        let to_world = self.placement(params)?;
         match params.node.model.value.as_str() {
             "sphere" => self.sphere(params, &to_world),
             "cylinder" => self.cylinder(params, &to_world),
@@ -121,7 +121,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// `to_world`, affine.
-    fn to_world(&mut self, params: &mut Params<'a>) -> Option<Transform> {
+    fn placement(&mut self, params: &mut Params<'a>) -> Option<Transform> {
         let to_world = params.transform(self.diagnostics, "to_world");
         if to_world.is_affine() {
             return Some(to_world);
@@ -237,12 +237,17 @@ impl<'a> Compiler<'a> {
         None
     }
 
-    /// Media are refused, once for a file.
+    /// A shape's media are refused.
     fn refuse_media(&mut self, params: &mut Params<'a>) {
         for (_, param) in params.children(Kind::Medium) {
-            if !std::mem::replace(&mut self.shapes.medium_refused, true) {
-                self.diagnostics.error(param.value.span, "participating media cannot be rendered yet");
-            }
+            self.refuse_medium(param.value.span);
+        }
+    }
+
+    /// A medium is refused, once for a file.
+    pub(super) fn refuse_medium(&mut self, span: Span) {
+        if !std::mem::replace(&mut self.shapes.medium_refused, true) {
+            self.diagnostics.error(span, "participating media cannot be rendered yet");
         }
     }
 
@@ -268,7 +273,7 @@ impl<'a> Compiler<'a> {
     }
 
     fn instance(&mut self, mut params: Params<'a>) {
-        let to_world = self.to_world(&mut params);
+        let to_world = self.placement(&mut params);
         let groups = params.children(Kind::Shape);
         match groups[..] {
             [(id, param)] => {

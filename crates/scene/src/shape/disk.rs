@@ -72,7 +72,7 @@ impl Geometry for Disk {
         let d = self.to_object.transform_vector3(ray.d.as_dvec3());
         let t = -o.z / d.z;
         let local = (o + d * t).truncate();
-        let hit = t > 0.0 && (t as f32) < ray.t_max && local.length_squared() <= 1.0;
+        let hit = t as f32 > 0.0 && (t as f32) < ray.t_max && local.length_squared() <= 1.0;
         hit.then_some(CustomHit { t: t as f32, u: local.x as f32, v: local.y as f32, primitive: 0 })
     }
 

@@ -190,7 +190,7 @@ impl Geometry for Mesh {
 
     fn sample_area(&self, primitive: u32, u: Vec2) -> SurfacePoint {
         let total = self.area_of(primitive);
-        let (triangle, u) = self.choose(primitive, u, |corners| area(corners));
+        let (triangle, u) = self.choose(primitive, u, area);
         // The square folded onto the triangle [Heitz 2019].
         let bary = if u.x < u.y { Vec2::new(u.y - 0.5 * u.x, 0.5 * u.x) } else { Vec2::new(0.5 * u.y, u.x - 0.5 * u.y) };
         let pdf_a = if total > 0.0 { 1.0 / total } else { 0.0 };

@@ -12,7 +12,7 @@ pub(crate) fn nearest_root(a: f64, b: f64, c: f64, discriminant: f64, t_max: f32
     }
     let q = b + discriminant.sqrt().copysign(b);
     let (far, near) = (q / a, if q == 0.0 { 0.0 } else { c / q });
-    let usable = |t: f64| (t > 0.0 && (t as f32) < t_max && accept(t)).then_some(t as f32);
+    let usable = |t: f64| (t as f32 > 0.0 && (t as f32) < t_max && accept(t)).then_some(t as f32);
     usable(near.min(far)).or_else(|| usable(near.max(far)))
 }
 

@@ -262,7 +262,7 @@ impl Geometry for SdfGrid {
             t = t.max(a.min(b));
             end = end.min(a.max(b));
         }
-        if !(t <= end) {
+        if t > end {
             return None;
         }
 

@@ -1,6 +1,8 @@
 //! A world of a few shapes, without a compiler.
 #![allow(dead_code)]
 
+pub mod document;
+
 use etendue_accel::{Accel, BuildOptions, Builder, Hit, TriangleMesh};
 use etendue_check::Rng;
 use etendue_description::NodeId;
