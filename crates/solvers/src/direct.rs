@@ -4,10 +4,11 @@
 //! L = Le(x) + 1/n_l Σ w_l f cosθ Le(y) V / p_l + 1/n_b Σ w_b f cosθ Le(RT(x, w)) / p_b
 //! ```
 //!
-//! The weights are the power heuristic of n p [Veach, Guibas 1995, eq. 14].
+//! The weights are the power heuristic of n p [Veach, Guibas 1995, eq. 14]. Paths have two edges at most, and passing a null or mask surface
+//! is an edge: what a mask lets through is seen, but a mask's shadow is whole.
 
 use crate::drivers::PixelSolver;
-use crate::transport::{Context, Heuristic, PathState, Vertex, arrives, emission, mis_weight, next_event, slot};
+use crate::transport::{Context, Heuristic, PathRules, PathState, Vertex, arrives, emission, mis_weight, next_event, slot};
 use etendue_numerics::{Dim, Pdf, Sampler, Spectrum};
 
 /// The solver `direct`.
@@ -22,6 +23,9 @@ pub struct Direct {
 impl PixelSolver for Direct {
     fn radiance(&self, c: &Context<'_>, mut eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         let (n_l, n_b) = (self.emitter_samples as f32, self.bsdf_samples as f32);
+        // Walks of one vertex need no roulette.
+        let rules = PathRules { max_edges: c.rules.max_edges.min(2), rr_depth: u32::MAX, null_counts: true, ..c.rules };
+        let c = &Context { rules, ..*c };
         *rays += 1;
         let x = c.scene.intersect(&eye.ray).map(|hit| c.scene.interaction(&eye.ray, &hit));
         eye.collect(&c.rules, emission(c, &eye, x.as_ref()).0);

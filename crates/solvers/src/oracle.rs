@@ -15,11 +15,13 @@
 //! [`Recursion::AsTold`] keeps the slip, to show what it does: (1 + a)/(1 - a) instead of 1/(1 - a) in the furnace.
 
 use crate::drivers::PixelSolver;
-use crate::transport::{Context, PathState, Vertex};
+use crate::solver::Needs;
+use crate::transport::{Context, PathState, Vertex, VertexSample};
 use etendue_numerics::math::{FRAC_1_PI, TAU, safe_sqrt, sin_cos};
 use etendue_numerics::sequence::{mix, unit};
-use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
-use etendue_scene::{Interaction, SurfaceId};
+use etendue_numerics::{Dim, Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_scene::shape::SurfacePoint;
+use etendue_scene::{Geometry, Interaction, NO_INSTANCE, SurfaceId};
 
 /// How directions of indirect light are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,6 +91,10 @@ impl Branch {
 }
 
 impl PixelSolver for Oracle {
+    fn needs(&self) -> Needs {
+        Needs { lights_that_can_be_hit: true }
+    }
+
     fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         let root = u.u2(Dim::at(1, 0));
         let root = Branch(mix(u64::from(root.x.to_bits()) << 32 | u64::from(root.y.to_bits())));
@@ -111,7 +117,7 @@ impl Oracle {
         if counts && (le_counts || self.recursion == Recursion::AsTold) {
             l += c.scene.le(&x, &wl);
         }
-        if edges >= c.rules.max_edges {
+        if edges >= c.rules.max_edges && (c.rules.null_counts || !c.scene.has_transparent) {
             return l;
         }
         let vertex = Vertex::new(c.scene, x, &wl);
@@ -121,7 +127,7 @@ impl Oracle {
     fn direct_illumination(&self, c: &Context<'_>, vertex: &Vertex, edges: u32, branch: Branch, rays: &mut u64) -> Spectrum {
         let lights: Vec<SurfaceId> =
             (0..c.scene.surfaces.len() as u32).map(SurfaceId).filter(|id| c.scene.surface(*id).emitter.is_some()).collect();
-        if lights.is_empty() || !c.rules.counts(edges + 1) {
+        if lights.is_empty() || !c.rules.counts(edges + 1) || !vertex.is_smooth() {
             return Spectrum::ZERO;
         }
         let mut sum = Spectrum::ZERO;
@@ -134,12 +140,13 @@ impl Oracle {
             let faces = shape.primitive_count();
             let y = shape.sample_area(pick(which.y, faces as usize) as u32, branch.u2(3 * i + 1));
             let pdf_a = y.pdf_a / (lights.len() as f32 * faces as f32);
-            let Some(shadow) = vertex.x.spawn_to(y.p) else { continue };
+            let y_seen = seen_from(&y, light, (vertex.x.p - y.p).normalize_or_zero());
+            let Some(shadow) = vertex.x.spawn_between(&y_seen) else { continue };
             *rays += 1;
             if c.scene.accel.occluded(&shadow, &c.scene.surfaces) {
                 continue;
             }
-            let le = c.scene.le(&y.interaction(light, -shadow.d), &Wavelengths::Rgb);
+            let le = c.scene.le(&y_seen, &Wavelengths::Rgb);
             let r2 = (y.p - vertex.x.p).length_squared();
             let (f_cos, _) = vertex.eval(shadow.d);
             sum += f_cos * le * (y.n.dot(shadow.d).abs() / (r2 * pdf_a));
@@ -155,23 +162,21 @@ impl Oracle {
         let mut sum = Spectrum::ZERO;
         for i in 0..self.indirect_samples {
             let child = branch.child(i);
-            if let Some((wi, weight, pdf)) = self.direction(vertex, child) {
-                let l = self.seen(c, &vertex.x.spawn(wi), edges + 1, pdf.is_delta(), child, rays);
-                sum += weight * l;
+            let Some(s) = self.direction(vertex, child) else { continue };
+            let edges = edges + u32::from(c.rules.null_counts || !s.is_null);
+            if edges <= c.rules.max_edges {
+                sum += s.weight * self.seen(c, &vertex.x.spawn(s.wi), edges, s.pdf.is_delta(), child, rays);
             }
         }
         sum / (self.indirect_samples as f32 * (1.0 - self.absorption))
     }
 
-    /// A direction, f cosθ / p, and p.
-    fn direction(&self, vertex: &Vertex, branch: Branch) -> Option<(Vec3, Spectrum, Pdf)> {
+    /// A direction with f cosθ / p.
+    fn direction(&self, vertex: &Vertex, branch: Branch) -> Option<VertexSample> {
         const DIRECTION: u32 = 1 << 21;
         let u = branch.u2(DIRECTION);
         let (z, pdf_of): (f32, fn(f32) -> f32) = match self.directions {
-            Directions::Bsdf => {
-                let s = vertex.sample(branch.u2(DIRECTION + 1).x, u)?;
-                return Some((s.wi, s.weight, s.pdf));
-            }
+            Directions::Bsdf => return vertex.sample(branch.u2(DIRECTION + 1).x, u),
             Directions::Uniform => (u.x, |_| 1.0 / TAU),
             Directions::Cosine => (u.x.sqrt(), |z| z * FRAC_1_PI),
         };
@@ -179,17 +184,32 @@ impl Oracle {
         let r = safe_sqrt(1.0 - z * z);
         let wi = vertex.x.shading.to_world(Vec3::new(r * cos, r * sin, z.copysign(vertex.wo.z)));
         let pdf = pdf_of(z);
-        (pdf > 0.0).then(|| (wi, vertex.eval(wi).0 / pdf, Pdf::SolidAngle(pdf)))
+        (pdf > 0.0).then(|| VertexSample {
+            wi,
+            weight: vertex.eval(wi).0 / pdf,
+            pdf: Pdf::SolidAngle(pdf),
+            eta_scale: 1.0,
+            is_null: false,
+        })
     }
 }
 
 /// The light point as the surface point that it is, seen from along `wo`.
-trait Seen {
-    fn interaction(&self, surface: SurfaceId, wo: Vec3) -> Interaction;
-}
-
-impl Seen for etendue_scene::shape::SurfacePoint {
-    fn interaction(&self, surface: SurfaceId, wo: Vec3) -> Interaction {
-        self.to_interaction(surface, wo)
+fn seen_from(y: &SurfacePoint, surface: SurfaceId, wo: Vec3) -> Interaction {
+    Interaction {
+        p: y.p,
+        p_error: y.p_error,
+        n: y.n,
+        shading: Frame::from_normal(y.ns),
+        uv: y.uv,
+        dp_du: Vec3::ZERO,
+        dp_dv: Vec3::ZERO,
+        wo,
+        t: 0.0,
+        time: 0.0,
+        surface,
+        primitive: y.primitive,
+        bary: y.bary,
+        instance: NO_INSTANCE,
     }
 }

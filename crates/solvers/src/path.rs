@@ -28,7 +28,7 @@ impl PathSolver for Path {
         };
         let x = c.scene.interaction(&state.ray, &hit);
         state.collect(&c.rules, c.scene.le(&x, &state.wl));
-        if state.edges >= c.rules.max_edges {
+        if c.ends(state) {
             return Step::END;
         }
         let vertex = Vertex::new(c.scene, x, &state.wl);

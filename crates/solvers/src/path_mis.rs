@@ -28,7 +28,7 @@ impl PathSolver for PathMis {
             Pdf::SolidAngle(pdf_bsdf) => mis_weight(self.heuristic, pdf_bsdf, pdf_light),
         };
         state.collect(&c.rules, le * share);
-        let Some(x) = x.filter(|_| state.edges < c.rules.max_edges) else { return Step::END };
+        let Some(x) = x.filter(|_| !c.ends(state)) else { return Step::END };
 
         // Light that a light sample finds.
         let vertex = Vertex::new(c.scene, x, &state.wl);

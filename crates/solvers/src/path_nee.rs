@@ -4,10 +4,10 @@
 //! L = Le(x_1) + Σ_k β_k · f(x_k) cosθ Le(y → x_k) V(x_k, y) / p(y)
 //! ```
 //!
-//! Le counts only where no light sample could have found it: at the vertex that the eye sees, and after a discrete
-//! (mirror or glass) direction. Counting it elsewhere as well would count direct light twice.
+//! Le counts only where no light sample could have found it: at the vertex that the eye sees, after a discrete (mirror or glass)
+//! direction, and where the light samplers' density is zero. Counting it elsewhere as well would count direct light twice.
 
-use crate::transport::{Context, PathSolver, PathState, Step, Vertex, next_event, slot};
+use crate::transport::{Context, PathSolver, PathState, Step, Vertex, emission, next_event, slot};
 use etendue_accel::Hit;
 use etendue_numerics::Sampler;
 
@@ -18,20 +18,12 @@ pub struct PathNee;
 impl PathSolver for PathNee {
     #[inline]
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
-        let le_counts = state.pdf.is_delta();
-        let Some(hit) = hit else {
-            if le_counts {
-                state.collect(&c.rules, c.scene.le_escaped(&state.ray, &state.wl));
-            }
-            return Step::END;
-        };
-        let x = c.scene.interaction(&state.ray, &hit);
-        if le_counts {
-            state.collect(&c.rules, c.scene.le(&x, &state.wl));
+        let x = hit.map(|hit| c.scene.interaction(&state.ray, &hit));
+        let (le, pdf_light) = emission(c, state, x.as_ref());
+        if pdf_light == 0.0 {
+            state.collect(&c.rules, le);
         }
-        if state.edges >= c.rules.max_edges {
-            return Step::END;
-        }
+        let Some(x) = x.filter(|_| !c.ends(state)) else { return Step::END };
         let vertex = Vertex::new(c.scene, x, &state.wl);
         let shadow = next_event(c, state, &vertex, u, |_, _| 1.0);
         let u_lobe = u.u2(state.dim(slot::LOBE));

@@ -193,8 +193,10 @@ fn fill(
 /// A walk about to leave the eye through pixel [x, y] of the picture, and its position there.
 #[inline]
 pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x, y]: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
-    let position = Vec2::new(x as f32, y as f32) + u.u2(Dim::at(0, slot::PIXEL));
-    let on_film = position + Vec2::new(film.crop_offset[0] as f32, film.crop_offset[1] as f32);
+    let within = u.u2(Dim::at(0, slot::PIXEL));
+    let position = Vec2::new(x as f32, y as f32) + within;
+    // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
+    let on_film = Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within;
     let ray = c.scene.views[run.view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
     (position, PathState::start(ray.ray, Spectrum::splat(ray.weight), Wavelengths::Rgb))
 }

@@ -109,6 +109,14 @@ pub struct Context<'a> {
     pub rules: PathRules,
 }
 
+impl Context<'_> {
+    /// Whether a walk ends at its ray's end whatever is there: its edges are spent, and no null or mask surface lets it pass for nothing.
+    #[inline]
+    pub fn ends(&self, state: &PathState) -> bool {
+        state.edges >= self.rules.max_edges && (self.rules.null_counts || !self.scene.has_transparent)
+    }
+}
+
 /// A path solver as a step over a [`PathState`]: drivers decide whether one path runs to its end or many advance together.
 pub trait PathSolver: Sync {
     /// What a scene must have.
@@ -175,7 +183,8 @@ impl PathState {
     }
 }
 
-/// Whether a hit or an escape is what the walk met, with the emission it sees there and the density of light sampling for it.
+/// The emission that the walk meets at its ray's end, and the density of light sampling for it, 1/sr: zero where no light sample at
+/// the last vertex could have found it, or nobody asked for one (after a discrete direction).
 #[inline]
 pub(crate) fn emission(c: &Context<'_>, state: &PathState, x: Option<&Interaction>) -> (Spectrum, f32) {
     let le = match x {
