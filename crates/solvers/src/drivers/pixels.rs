@@ -198,5 +198,5 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
     // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
     let on_film = Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within;
     let ray = c.scene.views[run.view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
-    (position, PathState::start(ray.ray, Spectrum::splat(ray.weight), Wavelengths::Rgb))
+    (position, PathState::start(ray.ray, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb))
 }
