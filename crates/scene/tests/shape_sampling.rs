@@ -1,6 +1,6 @@
 //! Points drawn on shapes: uniform by area, or with the density by direction that they state.
 //!
-//! Each row is held at significance 10⁻⁴ with a fixed seed; with some 60 rows a sound table would fail one time in 150.
+//! Each row is held at significance 10⁻⁴ with a fixed seed; with some 20 rows a sound table would fail one time in 500.
 
 mod common;
 
@@ -107,11 +107,12 @@ fn directions_have_the_density_that_is_stated() {
             let seen = |w: Vec3| world.look(from, w).map_or(0.0, |x| shape.pdf_direction(x.primitive, from, &x));
             let sample =
                 |[a, b, _]: [f32; 3]| shape.sample_direction(0, from, Vec2::new(a, b)).map(|(s, _)| (s.p - from).normalize());
-            // An open cylinder shows its inside and its outside in one direction: only the nearer counts as seen. It is tested elsewhere.
-            if name.contains("cylinder") {
+            // An open cylinder shows its inside and its outside in one direction, of which only the nearer is seen: it is tested below. Of the
+            // shapes that are drawn by area one place to look from tells enough.
+            if name.contains("cylinder") || (i > 0 && !["triangle", "rectangle", "sphere"].contains(&name)) {
                 continue;
             }
-            let test = ChiSquareTest::new(Directions).samples(30_000).seed(i as u64 + 1);
+            let test = ChiSquareTest::new(Directions).samples(20_000).seed(i as u64 + 1);
             let report = test.run(sample, seen);
             assert!(report.p_value >= ALPHA && report.outside == 0 && report.invalid == 0, "{name} from {from}: {report}");
         }
@@ -128,7 +129,7 @@ fn samples_by_direction_integrate_as_all_directions_do() {
             let mut rng = rng(21 + i as u64);
             let g = |w: Vec3| f64::from(1.0 + 0.5 * w.x - 0.3 * w.y);
             let (mut drawn, mut cast, mut met) = (Moments::default(), Moments::default(), 0);
-            for _ in 0..60_000 {
+            for _ in 0..30_000 {
                 let value = shape.sample_direction(0, from, rng.u2()).map_or(0.0, |(s, pdf_w)| {
                     let w = (s.p - from).normalize();
                     // Only what is in front counts: a cylinder hides part of itself.
@@ -151,7 +152,7 @@ fn samples_by_direction_integrate_as_all_directions_do() {
             if met < 100 {
                 continue;
             }
-            let error = (drawn.variance() / 60_000.0 + cast.variance() / 60_000.0).sqrt();
+            let error = (drawn.variance() / 30_000.0 + cast.variance() / 30_000.0).sqrt();
             let difference = (drawn.mean - cast.mean).abs();
             assert!(
                 difference < 5.0 * error + 2e-3 * cast.mean,

@@ -9,7 +9,8 @@
 use super::{Geometry, SurfacePoint};
 use crate::interaction::Interaction;
 use etendue_accel::{CustomHit, Hit};
-use etendue_numerics::math::{PI, TAU, atan2, gamma, sin_cos};
+use etendue_numerics::math::{TAU, atan2, gamma};
+use etendue_numerics::warp::square_to_disk;
 use etendue_numerics::{Bounds3, Ray, Transform, Vec2, Vec3};
 use glam::{DAffine3, DVec2, DVec3};
 
@@ -87,17 +88,6 @@ impl Geometry for Disk {
     }
 
     fn sample_area(&self, _: u32, u: Vec2) -> SurfacePoint {
-        self.point(concentric(u).as_dvec2())
+        self.point(square_to_disk(u).as_dvec2())
     }
-}
-
-/// The square onto the unit disk, keeping areas and neighbourhoods [Shirley, Chiu 1997].
-fn concentric(u: Vec2) -> Vec2 {
-    let v = 2.0 * u - 1.0;
-    if v == Vec2::ZERO {
-        return v;
-    }
-    let (r, angle) = if v.x.abs() > v.y.abs() { (v.x, PI / 4.0 * (v.y / v.x)) } else { (v.y, PI / 2.0 - PI / 4.0 * (v.x / v.y)) };
-    let (sin, cos) = sin_cos(angle);
-    Vec2::new(r * cos, r * sin)
 }

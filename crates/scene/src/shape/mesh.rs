@@ -11,7 +11,7 @@
 //!
 //! The accelerator keeps triangles of its own for intersection; this is what shading looks at.
 
-use super::spherical::SphericalTriangle;
+use super::patch::Quad;
 use super::{Geometry, SurfacePoint};
 use crate::interaction::Interaction;
 use etendue_accel::{CustomHit, Hit};
@@ -19,9 +19,6 @@ use etendue_description::{Attribute, AttributeKind};
 use etendue_numerics::math::gamma;
 use etendue_numerics::{Bounds3, Frame, Ray, Vec2, Vec3};
 use glam::DVec3;
-
-/// Solid angle, sr, below which a triangle is sampled by area: there the two densities hardly differ, and area is cheaper.
-const MIN_SOLID_ANGLE: f32 = 3e-5;
 
 /// Triangles with what shading wants to know of them.
 #[derive(Clone, Debug, Default)]
@@ -39,42 +36,20 @@ pub struct Mesh {
     /// Both normals are turned round.
     pub flip_normals: bool,
     /// Two triangles side by side in one plane: one primitive to light samplers.
-    pub(super) quad: bool,
+    pub(super) quad: Option<Quad>,
 }
 
 impl Mesh {
     /// The same mesh, to be called when its fields are set: two triangles that make a flat quadrilateral become one primitive.
     pub fn finish(mut self) -> Self {
-        self.quad = self.is_quad();
+        self.quad = Quad::of(&self);
         self
-    }
-
-    /// Whether this is two triangles with an edge in common, on either side of it, in one plane. Only meshes without attributes count, whose
-    /// points need no triangle number.
-    fn is_quad(&self) -> bool {
-        let [a, b] = self.indices[..] else { return false };
-        let (pa, pb) = (self.corners(a), self.corners(b));
-        let own = |p: &[Vec3; 3], q: &[Vec3; 3]| p.iter().copied().filter(|x| !q.contains(x)).collect::<Vec<_>>();
-        let (only_a, only_b) = (own(&pa, &pb), own(&pb, &pa));
-        let ([x], [y]) = (&only_a[..], &only_b[..]) else { return false };
-        let shared: Vec<Vec3> = pa.iter().copied().filter(|p| p != x).collect();
-        let edge = (shared[1] - shared[0]).as_dvec3();
-        let (na, nb) = (cross(pa), cross(pb));
-        let side = |p: Vec3| edge.cross((p - shared[0]).as_dvec3());
-        let flat = na.dot(nb) > (1.0 - 1e-9) * na.length() * nb.length() && nb != DVec3::ZERO;
-        self.attributes.is_empty() && flat && side(*x).dot(side(*y)) < 0.0
     }
 
     /// The corners of a triangle.
     #[inline]
-    fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+    pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
         triangle.map(|i| self.positions[i as usize])
-    }
-
-    /// The corners of the triangles of a primitive.
-    fn triangles_of(&self, primitive: u32) -> impl Iterator<Item = (u32, [Vec3; 3])> {
-        let range = if self.quad { 0..2 } else { primitive..primitive + 1 };
-        range.map(|i| (i, self.corners(self.indices[i as usize])))
     }
 
     /// The number of an attribute, to be looked up by [`Mesh::attribute`].
@@ -96,7 +71,7 @@ impl Mesh {
     }
 
     /// The point at barycentrics of a triangle.
-    fn point(&self, triangle: u32, bary: Vec2) -> SurfacePoint {
+    pub(super) fn point(&self, triangle: u32, bary: Vec2) -> SurfacePoint {
         let index = self.indices[triangle as usize];
         let corners = self.corners(index);
         let b = [1.0 - bary.x - bary.y, bary.x, bary.y];
@@ -122,7 +97,7 @@ impl Mesh {
             (n, ns) = (-n, -ns);
         }
         let uv = if self.uvs.is_empty() { bary } else { interpolate(&self.uvs, index, b) };
-        SurfacePoint { p, p_error, n, ns, uv, primitive: if self.quad { 0 } else { triangle }, bary, pdf_a: 0.0 }
+        SurfacePoint { p, p_error, n, ns, uv, primitive: if self.quad.is_some() { 0 } else { triangle }, bary, pdf_a: 0.0 }
     }
 
     /// ∂p/∂u and ∂p/∂v of a triangle; any tangents where its texture coordinates do not span the plane.
@@ -147,14 +122,9 @@ impl Mesh {
 }
 
 /// (p1 - p0) × (p2 - p0), exact but for f64's rounding: thin triangles keep their normals.
-fn cross([p0, p1, p2]: [Vec3; 3]) -> DVec3 {
+pub(super) fn cross([p0, p1, p2]: [Vec3; 3]) -> DVec3 {
     let p0 = p0.as_dvec3();
     (p1.as_dvec3() - p0).cross(p2.as_dvec3() - p0)
-}
-
-/// Area of a triangle, m².
-pub(super) fn area(corners: [Vec3; 3]) -> f32 {
-    (0.5 * cross(corners).length()) as f32
 }
 
 /// b0 x0 + b1 x1 + b2 x2.
@@ -170,11 +140,11 @@ impl Geometry for Mesh {
     }
 
     fn primitive_count(&self) -> u32 {
-        if self.quad { 1 } else { self.indices.len() as u32 }
+        if self.quad.is_some() { 1 } else { self.indices.len() as u32 }
     }
 
     fn area_of(&self, primitive: u32) -> f32 {
-        self.triangles_of(primitive).map(|(_, corners)| area(corners)).sum()
+        self.triangles_of(primitive).map(|(_, corners)| (0.5 * cross(corners).length()) as f32).sum()
     }
 
     /// Meshes are met by the accelerator.
@@ -189,50 +159,15 @@ impl Geometry for Mesh {
     }
 
     fn sample_area(&self, primitive: u32, u: Vec2) -> SurfacePoint {
-        let total = self.area_of(primitive);
-        let (triangle, u) = self.choose(primitive, u, area);
-        // The square folded onto the triangle [Heitz 2019].
-        let bary = if u.x < u.y { Vec2::new(u.y - 0.5 * u.x, 0.5 * u.x) } else { Vec2::new(0.5 * u.y, u.x - 0.5 * u.y) };
-        let pdf_a = if total > 0.0 { 1.0 / total } else { 0.0 };
-        SurfacePoint { pdf_a, ..self.point(triangle, bary) }
+        self.patch_by_area(primitive, u)
     }
 
     fn pdf_direction(&self, primitive: u32, from: Vec3, at: &Interaction) -> f32 {
-        let solid_angle = self.solid_angle(primitive, from);
-        if solid_angle >= MIN_SOLID_ANGLE {
-            return 1.0 / solid_angle;
-        }
-        super::sample::pdf_direction_by_area(self.area_of(primitive), from, at)
+        let by_area = || super::sample::pdf_direction_by_area(self.area_of(primitive), from, at);
+        self.patch_pdf(primitive, from).unwrap_or_else(by_area)
     }
 
     fn sample_direction(&self, primitive: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {
-        let solid_angle = self.solid_angle(primitive, from);
-        if solid_angle < MIN_SOLID_ANGLE {
-            return super::sample::sample_direction_by_area(self.sample_area(primitive, u), from);
-        }
-        let (triangle, u) = self.choose(primitive, u, |corners| SphericalTriangle::new(from, corners).solid_angle);
-        let bary = SphericalTriangle::new(from, self.corners(self.indices[triangle as usize])).sample(u);
-        Some((self.point(triangle, bary), 1.0 / solid_angle))
-    }
-}
-
-impl Mesh {
-    /// ω of a primitive, sr.
-    fn solid_angle(&self, primitive: u32, from: Vec3) -> f32 {
-        self.triangles_of(primitive).map(|(_, corners)| SphericalTriangle::new(from, corners).solid_angle).sum()
-    }
-
-    /// One triangle of a primitive, chosen in proportion to `weight`, and `u` made uniform again.
-    fn choose(&self, primitive: u32, u: Vec2, weight: impl Fn([Vec3; 3]) -> f32) -> (u32, Vec2) {
-        if !self.quad {
-            return (primitive, u);
-        }
-        let [a, b] = [0, 1].map(|i: usize| weight(self.corners(self.indices[i])));
-        let first = a / (a + b);
-        if u.x < first || b == 0.0 {
-            (0, Vec2::new((u.x / first).min(etendue_numerics::math::ONE_MINUS_EPSILON), u.y))
-        } else {
-            (1, Vec2::new(((u.x - first) / (1.0 - first)).clamp(0.0, etendue_numerics::math::ONE_MINUS_EPSILON), u.y))
-        }
+        self.patch_by_direction(primitive, from, u)
     }
 }

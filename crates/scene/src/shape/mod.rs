@@ -10,11 +10,12 @@ mod cylinder;
 mod disk;
 pub(crate) mod load;
 mod mesh;
+mod patch;
 mod quadratic;
 pub mod sample;
 mod sdf_grid;
 mod sphere;
-mod spherical;
+mod trilinear;
 
 pub use cylinder::Cylinder;
 pub use disk::Disk;

@@ -14,6 +14,7 @@
 //!
 //! There are no texture coordinates, and it cannot emit.
 
+use super::trilinear::Trilinear;
 use super::{Geometry, SurfacePoint};
 use crate::interaction::Interaction;
 use etendue_accel::{CustomHit, Hit};
@@ -119,118 +120,6 @@ impl SdfGrid {
         }
         sum
     }
-
-    /// The place in the voxel where the ray meets f = 0, given that f changes sign between `t0` and `t1`: the first such t.
-    fn root(o: DVec3, d: DVec3, field: &Trilinear, (t0, f0): (f64, f64), (t1, f1): (f64, f64)) -> Option<f64> {
-        let cubic = field.along(o + d * t0, d);
-        let length = t1 - t0;
-
-        // The pieces between the extrema are monotonic: at most one root in each.
-        let mut ends = [(0.0, f0), (0.0, f0), (0.0, f0), (length, f1)];
-        let mut count = 1;
-        for t in cubic.extrema() {
-            if t > 0.0 && t < length {
-                ends[count] = (t, cubic.at(t));
-                count += 1;
-            }
-        }
-        ends[count] = (length, f1);
-        for pair in ends[..=count].windows(2) {
-            let [(a, fa), (b, fb)] = [pair[0], pair[1]];
-            if (fa >= 0.0) != (fb >= 0.0) {
-                return Some(t0 + cubic.bisect(a, b, fa >= 0.0));
-            }
-        }
-        None
-    }
-}
-
-/// The interpolant within a voxel, corners x fastest, in coordinates [0, 1]³.
-struct Trilinear([f64; 8]);
-
-impl Trilinear {
-    fn at(&self, p: DVec3) -> f64 {
-        let s = &self.0;
-        let mix = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
-        let [a, b, c, d] = [0, 2, 4, 6].map(|i| mix(s[i], s[i + 1], p.x));
-        mix(mix(a, b, p.y), mix(c, d, p.y), p.z)
-    }
-
-    fn gradient(&self, p: DVec3) -> DVec3 {
-        let s = &self.0;
-        let mix = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
-        let along = |stride: usize, others: [usize; 2], u: f64, v: f64| {
-            let d = |i: usize| s[i + stride] - s[i];
-            mix(mix(d(0), d(others[0]), u), mix(d(others[1]), d(others[0] + others[1]), u), v)
-        };
-        DVec3::new(along(1, [2, 4], p.y, p.z), along(2, [1, 4], p.x, p.z), along(4, [1, 2], p.x, p.y))
-    }
-
-    /// f(o + t d) as a polynomial in t: the product of linear functions, expanded.
-    fn along(&self, o: DVec3, d: DVec3) -> Cubic {
-        let s = &self.0;
-        // f = Σ k_m over the monomials 1, x, y, xy, z, xz, yz, xyz.
-        let k = [
-            s[0],
-            s[1] - s[0],
-            s[2] - s[0],
-            s[3] - s[2] - s[1] + s[0],
-            s[4] - s[0],
-            s[5] - s[4] - s[1] + s[0],
-            s[6] - s[4] - s[2] + s[0],
-            s[7] - s[6] - s[5] + s[4] - s[3] + s[2] + s[1] - s[0],
-        ];
-        // As x (p + q z) with p, q polynomials of the plane: first in x, then y, then z.
-        let times = |c: [f64; 4], o: f64, d: f64| [c[0] * o, c[1] * o + c[0] * d, c[2] * o + c[1] * d, c[3] * o + c[2] * d];
-        let plus = |a: [f64; 4], b: [f64; 4]| std::array::from_fn(|i| a[i] + b[i]);
-        let constant = |c: f64| [c, 0.0, 0.0, 0.0];
-        let in_x = |i: usize| plus(constant(k[i]), times(constant(k[i + 1]), o.x, d.x));
-        let in_xy = |i: usize| plus(in_x(i), times(in_x(i + 2), o.y, d.y));
-        Cubic(plus(in_xy(0), times(in_xy(4), o.z, d.z)))
-    }
-}
-
-/// c0 + c1 t + c2 t² + c3 t³.
-struct Cubic([f64; 4]);
-
-impl Cubic {
-    fn at(&self, t: f64) -> f64 {
-        let [c0, c1, c2, c3] = self.0;
-        ((c3 * t + c2) * t + c1) * t + c0
-    }
-
-    fn slope(&self, t: f64) -> f64 {
-        let [_, c1, c2, c3] = self.0;
-        (3.0 * c3 * t + 2.0 * c2) * t + c1
-    }
-
-    /// Where the slope vanishes, in order; NaN where it does not.
-    fn extrema(&self) -> [f64; 2] {
-        let [_, c1, c2, c3] = self.0;
-        let q = -(c2 + (c2 * c2 - 3.0 * c1 * c3).sqrt().copysign(c2));
-        let (a, b) = (q / (3.0 * c3), c1 / q);
-        if a <= b { [a, b] } else { [b, a] }
-    }
-
-    /// The root between `a` and `b`, where the sign is `positive` at a only: Newton's method, by halves where it strays.
-    fn bisect(&self, mut a: f64, mut b: f64, positive: bool) -> f64 {
-        let mut t = 0.5 * (a + b);
-        for _ in 0..64 {
-            let f = self.at(t);
-            if (f >= 0.0) == positive {
-                a = t
-            } else {
-                b = t
-            }
-            let newton = t - f / self.slope(t);
-            let next = if newton > a && newton < b { newton } else { 0.5 * (a + b) };
-            if (next - t).abs() <= 1e-12 * t.abs() {
-                return next;
-            }
-            t = next;
-        }
-        t
-    }
 }
 
 impl Geometry for SdfGrid {
@@ -286,7 +175,7 @@ impl Geometry for SdfGrid {
                 let field = Trilinear(self.corners(voxel));
                 let value = |t: f64| field.at((o + d * t - low).clamp(DVec3::ZERO, DVec3::ONE));
                 let (f0, f1) = (entry.unwrap_or_else(|| value(t)), value(exit));
-                if let Some(root) = Self::root(o - low, d, &field, (t, f0), (exit, f1)) {
+                if let Some(root) = field.root(o - low, d, (t, f0), (exit, f1)) {
                     let hit = root as f32;
                     if hit > 0.0 && hit < ray.t_max {
                         return Some(CustomHit { t: hit, u: 0.0, v: 0.0, primitive: index as u32 });

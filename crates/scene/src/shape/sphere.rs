@@ -12,6 +12,7 @@ use super::{Geometry, SurfacePoint, quadratic::nearest_root};
 use crate::interaction::Interaction;
 use etendue_accel::{CustomHit, Hit};
 use etendue_numerics::math::{PI, TAU, atan2, gamma, sin_cos};
+use etendue_numerics::warp::square_to_sphere;
 use etendue_numerics::{Bounds3, Frame, Ray, Vec2, Vec3};
 use glam::{DMat3, DVec3};
 
@@ -114,10 +115,7 @@ impl Geometry for Sphere {
     }
 
     fn sample_area(&self, _: u32, u: Vec2) -> SurfacePoint {
-        let z = 1.0 - 2.0 * u.x;
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        let (sin, cos) = sin_cos(TAU * u.y);
-        self.point(Vec3::new(r * cos, r * sin, z).as_dvec3().normalize())
+        self.point(square_to_sphere(u).as_dvec3().normalize())
     }
 
     fn pdf_direction(&self, primitive: u32, from: Vec3, at: &Interaction) -> f32 {
