@@ -171,6 +171,7 @@ impl<'a> Compiler<'a> {
             let name = node.params.iter().find(|p| p.name.value == "name").map(|p| &p.value);
             if let Some((Value::String(name), span)) = name.map(|v| (&v.value, v.span))
                 && node.model.value == "mesh_attribute"
+                && (name.starts_with("vertex_") || name.starts_with("face_"))
                 && !known.contains(&name.as_str())
             {
                 let text = format!("this `{}` has no attribute `{name}`", shape.node.model.value);

@@ -94,6 +94,13 @@ pub(crate) trait Model {
     fn lobes(&self) -> usize;
     /// Adds `weight` times the material at a site.
     fn add(&self, at: &Site, weight: f32, to: &mut Bsdf);
+    /// The material at a site, alone.
+    #[inline]
+    fn bsdf(&self, at: &Site) -> Bsdf {
+        let mut bsdf = Bsdf::new();
+        self.add(at, 1.0, &mut bsdf);
+        bsdf
+    }
 }
 
 impl<S: Single> Model for S {
@@ -111,6 +118,11 @@ impl<S: Single> Model for S {
     fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
         // Room was counted when the material was compiled.
         to.push(weight, self.lobe(at));
+    }
+
+    #[inline]
+    fn bsdf(&self, at: &Site) -> Bsdf {
+        Bsdf::from(self.lobe(at))
     }
 }
 
@@ -147,6 +159,11 @@ macro_rules! materials {
             #[inline]
             fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
                 match self { $(Self::$model(m) => m.add(at, weight, to),)* }
+            }
+
+            #[inline]
+            fn bsdf(&self, at: &Site) -> Bsdf {
+                match self { $(Self::$model(m) => m.bsdf(at),)* }
             }
         }
     };
@@ -195,13 +212,7 @@ impl Material {
     pub fn evaluate(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Bsdf {
         let frame = x.shading;
         let at = Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) };
-        if let Self::Diffuse(diffuse) = self {
-            // Most surfaces of most scenes.
-            return Bsdf::from(diffuse.lobe(&at));
-        }
-        let mut bsdf = Bsdf::new();
-        self.add(&at, 1.0, &mut bsdf);
-        bsdf
+        self.bsdf(&at)
     }
 
     /// Whether light may pass straight through, as if nothing were there.

@@ -59,14 +59,32 @@ struct Span {
     slope: f32,
 }
 
+/// The four texels around a point: along x first.
+#[inline]
+fn corners(x: &Span, y: &Span) -> [[usize; 2]; 4] {
+    [[x.first, y.first], [x.second, y.first], [x.first, y.second], [x.second, y.second]]
+}
+
+/// ⌊x⌋ without a call where the processor has no instruction for it.
+#[inline]
+fn floor(x: f32) -> f32 {
+    // From 2²³ on every number is whole.
+    if x.abs() < 8_388_608.0 {
+        let t = x as i32 as f32;
+        if t > x { t - 1.0 } else { t }
+    } else {
+        x
+    }
+}
+
 impl WrapMode {
     /// u' brought into [0, 1], and the sign of its slope.
     #[inline]
     fn fold(self, u: f32) -> (f32, f32) {
         match self {
-            Self::Repeat => (u - u.floor(), 1.0),
+            Self::Repeat => (u - floor(u), 1.0),
             Self::Mirror => {
-                let t = u - 2.0 * (0.5 * u).floor();
+                let t = u - 2.0 * floor(0.5 * u);
                 if t > 1.0 { (2.0 - t, -1.0) } else { (t, 1.0) }
             }
             Self::Clamp => (u.clamp(0.0, 1.0), if (0.0..=1.0).contains(&u) { 1.0 } else { 0.0 }),
@@ -76,15 +94,14 @@ impl WrapMode {
     #[inline]
     fn span(self, u: f32, size: usize) -> Span {
         let (u, sign) = self.fold(u);
+        // Within [-1/2, size - 1/2], and so is its floor within [-1, size - 1].
         let x = u * size as f32 - 0.5;
-        let floor = x.floor();
-        // floor is within [-1, size - 1]; u and size are finite.
-        let (last, i) = (size as isize - 1, floor as isize);
+        let (last, i) = (size as i32 - 1, x as i32 - i32::from(x < 0.0));
         let (first, second) = match self {
             Self::Repeat => (if i < 0 { last } else { i.min(last) }, if i >= last { 0 } else { i + 1 }),
             Self::Mirror | Self::Clamp => (i.clamp(0, last), (i + 1).min(last)),
         };
-        Span { first: first as usize, second: second as usize, fraction: x - floor, slope: sign * size as f32 }
+        Span { first: first as usize, second: second as usize, fraction: x - i as f32, slope: sign * size as f32 }
     }
 
     #[inline]
@@ -104,8 +121,8 @@ impl Bitmap {
             FilterMode::Nearest => t.texel(self.wrap.nearest(uv.x, t.width()), self.wrap.nearest(uv.y, t.height())),
             FilterMode::Bilinear => {
                 let (x, y) = (self.wrap.span(uv.x, t.width()), self.wrap.span(uv.y, t.height()));
-                let row = |j: usize| Spectrum::lerp(x.fraction, t.texel(x.first, j), t.texel(x.second, j));
-                Spectrum::lerp(y.fraction, row(y.first), row(y.second))
+                let [f00, f10, f01, f11] = t.read(corners(&x, &y));
+                Spectrum::lerp(y.fraction, Spectrum::lerp(x.fraction, f00, f10), Spectrum::lerp(x.fraction, f01, f11))
             }
         }
     }
@@ -141,9 +158,7 @@ impl Bitmap {
         let t = &*self.texels;
         let uv = self.finite(uv);
         let (x, y) = (self.wrap.span(uv.x, t.width()), self.wrap.span(uv.y, t.height()));
-        let f = |i, j| t.scalar(t.texel(i, j));
-        let (f00, f10) = (f(x.first, y.first), f(x.second, y.first));
-        let (f01, f11) = (f(x.first, y.second), f(x.second, y.second));
+        let [f00, f10, f01, f11] = t.read(corners(&x, &y)).map(|v| t.scalar(v));
         let along_x = (1.0 - y.fraction) * (f10 - f00) + y.fraction * (f11 - f01);
         let along_y = (1.0 - x.fraction) * (f01 - f00) + x.fraction * (f11 - f10);
         self.to_uv.pull_back(Vec2::new(x.slope * along_x, y.slope * along_y))

@@ -95,31 +95,28 @@ impl Texels {
     /// The texel of column `x` and row `y`, both within the picture.
     #[inline]
     pub fn texel(&self, x: usize, y: usize) -> Spectrum {
-        let i = y * self.width + x;
-        let read = |i: usize| match &self.data {
-            Data::Bytes(d, light) => light[usize::from(d[i])],
-            Data::Halves(d) => from_half(d[i]),
-            Data::Floats(d) => d[i],
-        };
+        self.read([[x, y]])[0]
+    }
+
+    /// Texels at (column, row), all within the picture. One question for several, so that the storage is looked at once.
+    #[inline]
+    pub(super) fn read<const N: usize>(&self, at: [[usize; 2]; N]) -> [Spectrum; N] {
+        let at = at.map(|[x, y]| y * self.width + x);
+        match &self.data {
+            Data::Bytes(d, light) => at.map(|i| self.decode(d, i, |v| light[usize::from(v)])),
+            Data::Halves(d) => at.map(|i| self.decode(d, i, from_half)),
+            Data::Floats(d) => at.map(|i| self.decode(d, i, |v| v)),
+        }
+    }
+
+    #[inline]
+    fn decode<T: Copy>(&self, data: &[T], i: usize, decode: impl Fn(T) -> f32) -> Spectrum {
         if self.grey {
-            let v = read(i);
+            let v = decode(data[i]);
             return Spectrum::rgb(v, v, v);
         }
-        let i = 3 * i;
-        match &self.data {
-            Data::Bytes(d, light) => {
-                let [r, g, b] = triple(d, i).map(|v| light[usize::from(v)]);
-                Spectrum::rgb(r, g, b)
-            }
-            Data::Halves(d) => {
-                let [r, g, b] = triple(d, i).map(from_half);
-                Spectrum::rgb(r, g, b)
-            }
-            Data::Floats(d) => {
-                let [r, g, b] = triple(d, i);
-                Spectrum::rgb(r, g, b)
-            }
-        }
+        let rgb = &data[3 * i..][..3];
+        Spectrum::rgb(decode(rgb[0]), decode(rgb[1]), decode(rgb[2]))
     }
 
     /// One number of a value looked up here: the luminance of a coloured one.
@@ -156,12 +153,6 @@ impl Texels {
 
 fn pick<'a>(image: &'a Image, places: &'a [usize]) -> impl Iterator<Item = f32> + 'a {
     image.pixels().flat_map(move |p| places.iter().map(move |&i| p[i]))
-}
-
-#[inline]
-fn triple<T: Copy>(data: &[T], i: usize) -> [T; 3] {
-    let d = &data[i..i + 3];
-    [d[0], d[1], d[2]]
 }
 
 /// 2¹¹², the ratio of the two formats' exponent biases.
