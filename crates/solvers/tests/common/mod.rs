@@ -15,6 +15,7 @@ use etendue_formats::ReadOptions;
 use etendue_numerics::SequenceKind;
 use etendue_scene::{CompileOptions, Scene};
 use etendue_solvers::{CancelToken, Outcome, PathRules, Progress, Run, Solver, Stop};
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// False alarms per family.
@@ -29,8 +30,8 @@ pub type Picture = Vec<[f32; 3]>;
 
 /// The scene of a file's body; panics with the file's errors.
 pub fn scene(body: &str) -> Scene {
-    let (description, diagnostics) =
-        etendue_formats::read_str("test.xml", &format!("<scene version=\"3.0.0\">{body}</scene>"), &ReadOptions::default());
+    let text = format!("<scene version=\"3.0.0\">{body}</scene>");
+    let (description, diagnostics) = etendue_formats::read_str("test.xml", &text, &ReadOptions::default());
     assert!(!diagnostics.has_errors(), "{}", diagnostics.render(&description.sources));
     let mut diagnostics = Diagnostics::default();
     let scene = etendue_scene::compile(&description, &CompileOptions::default(), &mut diagnostics);
@@ -61,6 +62,17 @@ pub fn diffuse(reflectance: f32) -> String {
 /// An area light.
 pub fn area(radiance: &str) -> String {
     format!(r#"<emitter type="area"><rgb name="radiance" value="{radiance}"/></emitter>"#)
+}
+
+/// A picture file of `width` columns, rows from the top; its path. `name` is the test's own.
+pub fn picture_file(name: &str, width: usize, pixels: &[[f32; 3]]) -> String {
+    let mut pfm = format!("PF\n{width} {}\n-1.0\n", pixels.len() / width).into_bytes();
+    for row in pixels.chunks(width).rev() {
+        pfm.extend(row.iter().flatten().flat_map(|x| x.to_le_bytes()));
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.pfm"));
+    std::fs::write(&path, pfm).expect("the folder for temporary files");
+    path.display().to_string()
 }
 
 /// How a picture is rendered.
