@@ -12,9 +12,9 @@
 /// Visiting a wide node.
 const NODE: f32 = 1.0;
 /// Visiting a leaf, whatever it holds.
-const LEAF: f32 = 0.6;
+const LEAF: f32 = 0.8;
 /// For each triangle in it.
-const TRIANGLE: f32 = 0.1;
+const TRIANGLE: f32 = 0.05;
 /// A custom shape or an instance: always a leaf of its own.
 const OTHER: f32 = 3.0;
 

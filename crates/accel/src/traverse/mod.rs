@@ -17,7 +17,7 @@ mod stack;
 
 use crate::build::binary::MAX_DEPTH;
 use crate::instance::Other;
-use crate::layout::{Child, Node, ROWS, WIDTH};
+use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
 use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 use stack::Stack;
@@ -179,11 +179,17 @@ fn closest_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, 
                 let (second, rest) = take(met, node, &enter);
                 met = rest;
                 if met == 0 {
+                    fetch(tree, child(first.max(second)));
                     stack.push(first.max(second));
                     current = child(first.min(second));
                     continue;
                 }
-                current = child(stack.push_sorted(first, second, met, |i| entry(node, &enter, i)));
+                fetch(tree, child(first.max(second)));
+                current = child(stack.push_sorted(first, second, met, |i| {
+                    let entry = entry(node, &enter, i);
+                    fetch(tree, child(entry));
+                    entry
+                }));
                 continue;
             }
         } else if current.is_triangles() {
@@ -228,7 +234,9 @@ fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S)
                 met &= met - 1;
                 while met != 0 {
                     let last = 31 - met.leading_zeros();
-                    stack.push(u64::from(node.children[last as usize & 7].0));
+                    let later = node.children[last as usize & 7];
+                    fetch(tree, later);
+                    stack.push(u64::from(later.0));
                     met ^= 1 << last;
                 }
                 continue;
@@ -245,6 +253,27 @@ fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S)
         let Some(entry) = stack.pop() else { return false };
         current = child(entry);
     }
+}
+
+/// Asks for the memory of a child that will be looked at later, so that it is near by then.
+#[inline(always)]
+fn fetch(tree: &Tree, child: Child) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        const LINE: usize = 64;
+        let at: *const i8 = if child.is_node() {
+            tree.nodes.as_ptr().wrapping_add(child.0 as usize).cast()
+        } else {
+            tree.corners.as_ptr().wrapping_add(child.run().0 * ROWS).cast()
+        };
+        for line in 0..size_of::<Node>().div_ceil(LINE) {
+            // SAFETY: a prefetch reads nothing; any address will do.
+            unsafe { _mm_prefetch::<_MM_HINT_T0>(at.wrapping_add(line * LINE)) };
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (tree, child);
 }
 
 /// A stack entry: where the ray enters, then the child. Entry points are not negative, so entries compare as integers.
