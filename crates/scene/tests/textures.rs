@@ -93,6 +93,9 @@ fn numbers_of_coloured_textures_are_luminances_and_of_colours_means() {
     };
     let picture = bitmap(&path, "").replace("reflectance", "opacity");
     assert!((mask(&picture) - (0.2126 * 0.5 + 0.7152 * 0.25 + 0.0722)).abs() < 1e-6);
+    // Mitsuba takes the squares the other way round where one number is asked for; (0.3, 0.6) lies in a square of `color1`.
+    let board = r#"<texture name="opacity" type="checkerboard"><float name="color0" value="0.9"/><float name="color1" value="0.2"/></texture>"#;
+    assert!((mask(board) - 0.9).abs() < 1e-6);
     assert!((mask(r#"<rgb name="opacity" value="0.1 0.2 0.6"/>"#) - 0.3).abs() < 1e-6);
 }
 

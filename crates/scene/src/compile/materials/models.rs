@@ -1,0 +1,210 @@
+//! Parameters of the materials that hold no others.
+
+use super::Compiler;
+use crate::material::{
+    Conductor, Dielectric, Material, Phong, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic,
+    Roughness,
+};
+use crate::texture::{ColorSlot, ScalarSlot};
+use etendue_bsdf::{Ndf, lobes};
+use etendue_description::{Params, Value};
+use etendue_numerics::spectrum::ior;
+
+/// A number that must not be negative.
+const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
+/// A fraction.
+pub(super) const FRACTION: std::ops::RangeInclusive<f32> = 0.0..=1.0;
+
+impl<'a> Compiler<'a> {
+    /// An index of refraction: the name of a material, or a number above 0.
+    fn ior(&mut self, p: &mut Params<'a>, name: &'static str, default: f32) -> f32 {
+        let Some(param) = p.raw(name) else { return default };
+        let value = match &param.value.value {
+            Value::Float(x) => *x as f32,
+            Value::Integer(i) => *i as f32,
+            Value::String(word) => {
+                let Some(ior) = ior::dielectric(word) else {
+                    let text = format!("unknown index of refraction `{word}`");
+                    let known = ior::DIELECTRICS.iter().map(|d| d.0);
+                    self.diagnostics.error(param.value.span, text).suggest(word, known);
+                    return default;
+                };
+                ior
+            }
+            other => {
+                let (model, found) = (&p.node.model.value, other.type_name());
+                let text = format!("`{name}` of `{model}` is a {found}, expected a number or the name of a material");
+                self.diagnostics.error(param.value.span, text);
+                return default;
+            }
+        };
+        if value > 0.0 && value.is_finite() {
+            return value;
+        }
+        self.diagnostics.error(param.value.span, format!("the index of refraction {value} is not a number above 0"));
+        default
+    }
+
+    /// η = `int_ior` / `ext_ior`.
+    fn eta(&mut self, p: &mut Params<'a>, interior: f32) -> f32 {
+        let interior = self.ior(p, "int_ior", interior);
+        interior / self.ior(p, "ext_ior", lobes::AIR)
+    }
+
+    pub(super) fn interface(&mut self, p: &mut Params<'a>) -> Dielectric {
+        Dielectric {
+            eta: self.eta(p, lobes::BK7),
+            specular_reflectance: self.reflectance(p, "specular_reflectance", 1.0),
+            specular_transmittance: self.reflectance(p, "specular_transmittance", 1.0),
+        }
+    }
+
+    pub(super) fn rough_dielectric(&mut self, p: &mut Params<'a>) -> Material {
+        let (interface, roughness) = (self.interface(p), self.roughness(p));
+        if interface.eta == 1.0 {
+            let text = "`int_ior` and `ext_ior` are equal: nothing would bend or reflect light";
+            self.diagnostics.error(p.span_of("int_ior"), text).help("use `null`");
+        }
+        RoughDielectric { interface, roughness }.into()
+    }
+
+    fn distribution(&mut self, p: &mut Params<'a>) -> Ndf {
+        let Some(word) = p.string_opt(self.diagnostics, "distribution") else { return Ndf::Beckmann };
+        match word.to_lowercase().as_str() {
+            "beckmann" => Ndf::Beckmann,
+            "ggx" => Ndf::Ggx,
+            _ => {
+                let text = format!("unknown `distribution` `{word}`, expected `beckmann` or `ggx`");
+                self.diagnostics.error(p.span_of("distribution"), text).suggest(word, ["beckmann", "ggx"]);
+                Ndf::Beckmann
+            }
+        }
+    }
+
+    pub(super) fn roughness(&mut self, p: &mut Params<'a>) -> Roughness {
+        let ndf = self.distribution(p);
+        let sample_visible = p.bool(self.diagnostics, "sample_visible", true);
+        let (both, axes) = (p.has("alpha"), ["alpha_u", "alpha_v"].map(|name| p.has(name)));
+        let alpha = self.scalar(p, "alpha", 0.1, NOT_NEGATIVE);
+        let along = ["alpha_u", "alpha_v"].map(|name| self.scalar(p, name, 0.1, NOT_NEGATIVE));
+        let alpha = if axes == [false, false] { [alpha; 2] } else { along };
+        if axes[0] != axes[1] || (both && axes[0]) {
+            let name = if axes[0] { "alpha_u" } else { "alpha_v" };
+            self.diagnostics.error(p.span_of(name), "give either `alpha`, or both `alpha_u` and `alpha_v`");
+        }
+        Roughness { ndf, alpha, sample_visible }
+    }
+
+    pub(super) fn metal(&mut self, p: &mut Params<'a>) -> Conductor {
+        let specular_reflectance = self.reflectance(p, "specular_reflectance", 1.0);
+        let given = p.has("eta") || p.has("k");
+        let (mut eta, mut k) = (self.unbounded(p, "eta", 0.0), self.unbounded(p, "k", 1.0));
+        if let Some(name) = p.string_opt(self.diagnostics, "material") {
+            let span = p.span_of("material");
+            if given {
+                self.diagnostics.error(span, "give either `material`, or `eta` and `k`");
+            } else if let Some(metal) = ior::Conductor::named(name) {
+                let (n, extinction) = metal.to_rgb();
+                (eta, k) = (ColorSlot::from(n), ColorSlot::from(extinction));
+            } else if name != "none" {
+                let known = ior::conductor_names().chain(["none"]);
+                self.diagnostics.error(span, format!("unknown metal `{name}`")).suggest(name, known);
+            }
+        }
+        Conductor { eta, k, specular_reflectance }
+    }
+
+    pub(super) fn plastic(&mut self, p: &mut Params<'a>) -> Plastic {
+        Plastic {
+            diffuse_reflectance: self.reflectance(p, "diffuse_reflectance", 0.5),
+            specular_reflectance: self.reflectance(p, "specular_reflectance", 1.0),
+            eta: self.eta(p, lobes::POLYPROPYLENE),
+            nonlinear: p.bool(self.diagnostics, "nonlinear", false),
+        }
+    }
+
+    pub(super) fn rough_plastic(&mut self, p: &mut Params<'a>) -> Material {
+        let plastic = self.plastic(p);
+        let Roughness { ndf, alpha: [u, v], sample_visible } = self.roughness(p);
+        let alpha = match (u, v) {
+            (ScalarSlot::Constant(u), ScalarSlot::Constant(v)) if u == v => u,
+            (ScalarSlot::Constant(_), ScalarSlot::Constant(_)) => {
+                self.diagnostics.error(p.span_of("alpha_u"), "`roughplastic` has the same `alpha` in all directions");
+                0.1
+            }
+            _ => {
+                let name = ["alpha", "alpha_u"].into_iter().find(|n| p.has(n)).unwrap_or("alpha_v");
+                self.diagnostics.error(p.span_of(name), "`alpha` of `roughplastic` is a number, not a texture");
+                0.1
+            }
+        };
+        RoughPlastic::new(plastic, ndf, alpha, sample_visible).into()
+    }
+
+    fn principled_common(&mut self, p: &mut Params<'a>, eta: f32) -> PrincipledCommon {
+        PrincipledCommon {
+            base_color: self.reflectance(p, "base_color", 0.5),
+            roughness: self.scalar(p, "roughness", 0.5, FRACTION),
+            anisotropic: self.scalar(p, "anisotropic", 0.0, FRACTION),
+            spec_trans: self.scalar(p, "spec_trans", 0.0, FRACTION),
+            spec_tint: self.scalar(p, "spec_tint", 0.0, FRACTION),
+            sheen: self.scalar(p, "sheen", 0.0, FRACTION),
+            sheen_tint: self.scalar(p, "sheen_tint", 0.0, FRACTION),
+            flatness: self.scalar(p, "flatness", 0.0, FRACTION),
+            eta,
+        }
+    }
+
+    fn rate(&mut self, p: &mut Params<'a>, name: &'static str) -> f32 {
+        p.float(self.diagnostics, name, 1.0, 0.0..=1e6) as f32
+    }
+
+    pub(super) fn principled(&mut self, p: &mut Params<'a>) -> Material {
+        if p.has("eta") && p.has("specular") {
+            self.diagnostics.error(p.span_of("specular"), "give either `eta` or `specular`, which stands for an index");
+        }
+        let specular = p.float(self.diagnostics, "specular", 0.5, 0.0..=1.0) as f32;
+        let mut common = self.principled_common(p, 1.0);
+        let refracts = !matches!(common.spec_trans, ScalarSlot::Constant(s) if s <= 0.0);
+        let default = lobes::eta_from_specular(specular, f32::from(u8::from(refracts)));
+        common.eta = p.float(self.diagnostics, "eta", f64::from(default), 1e-3..=1e3) as f32;
+        Principled {
+            common,
+            metallic: self.scalar(p, "metallic", 0.0, FRACTION),
+            clearcoat: self.scalar(p, "clearcoat", 0.0, FRACTION),
+            clearcoat_gloss: self.scalar(p, "clearcoat_gloss", 0.0, FRACTION),
+            rates: ["diffuse_reflectance_sampling_rate", "main_specular_sampling_rate", "clearcoat_sampling_rate"]
+                .map(|name| self.rate(p, name)),
+        }
+        .into()
+    }
+
+    pub(super) fn principled_thin(&mut self, p: &mut Params<'a>) -> Material {
+        let eta = p.float(self.diagnostics, "eta", 1.5, 1e-3..=1e3) as f32;
+        PrincipledThin {
+            common: self.principled_common(p, eta),
+            diff_trans: self.scalar(p, "diff_trans", 0.0, 0.0..=2.0),
+            rates: [
+                "diffuse_reflectance_sampling_rate",
+                "specular_reflectance_sampling_rate",
+                "specular_transmittance_sampling_rate",
+                "diffuse_transmittance_sampling_rate",
+            ]
+            .map(|name| self.rate(p, name)),
+        }
+        .into()
+    }
+
+    pub(super) fn phong(&mut self, p: &mut Params<'a>) -> Material {
+        let diffuse_reflectance = self.reflectance(p, "diffuse_reflectance", 0.5);
+        let specular_reflectance = self.reflectance(p, "specular_reflectance", 0.2);
+        if let (ColorSlot::Constant(d), ColorSlot::Constant(s)) = (&diffuse_reflectance, &specular_reflectance) {
+            let most = d.to_rgb().iter().zip(s.to_rgb()).map(|(d, s)| d + s).fold(0.0, f32::max);
+            if most > 1.0 {
+                let text = format!("`diffuse_reflectance` + `specular_reflectance` is {most}: both are scaled down to a sum of 1");
+                self.diagnostics.warning(p.span_of("specular_reflectance"), text);
+            }
+        }
+        Phong { diffuse_reflectance, specular_reflectance, exponent: self.scalar(p, "exponent", 30.0, 0.0..=1e6) }.into()
+    }
+}
