@@ -30,7 +30,7 @@ struct Candidates {
 
 impl Avx2 {
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     fn prepare(ray: &Ray) -> Self {
         let setup = Setup::new(ray);
         let splat = |x: [f32; 3]| [_mm256_set1_ps(x[0]), _mm256_set1_ps(x[1]), _mm256_set1_ps(x[2])];
@@ -38,7 +38,7 @@ impl Avx2 {
     }
 
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     fn meet(&self, node: &Node, best: f32, enter: &mut [f32; WIDTH]) -> u32 {
         let rows = self.setup.rows;
         // SAFETY: row numbers are below 6, and nodes are aligned to 32 bytes.
@@ -57,7 +57,7 @@ impl Avx2 {
     /// # Safety
     /// As for [`Kernel::nearest`].
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     unsafe fn pierced(&self, corners: *const f32, count: usize) -> Candidates {
         let Setup { o, axes: [x, y, z], shear, .. } = self.setup;
         let origin = [_mm256_set1_ps(o[x]), _mm256_set1_ps(o[y]), _mm256_set1_ps(o[z])];
@@ -88,7 +88,7 @@ impl Avx2 {
     /// # Safety
     /// As for [`Kernel::nearest`].
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     unsafe fn divide(&self, corners: *const f32, count: usize, c: &Candidates) -> Option<[__m256; 3]> {
         let sum = _mm256_add_ps(_mm256_add_ps(c.u, c.v), c.w);
         let size = _mm256_andnot_ps(_mm256_set1_ps(-0.0), sum);
@@ -103,11 +103,13 @@ impl Avx2 {
         let edge = |v: usize| [_mm256_sub_ps(row(v, x), a[0]), _mm256_sub_ps(row(v, y), a[1]), _mm256_sub_ps(row(v, z), a[2])];
         let (e, f) = (edge(1), edge(2));
         let scale = _mm256_div_ps(_mm256_set1_ps(1.0), sum);
-        let minor = |i: usize, j: usize| _mm256_mul_ps(_mm256_sub_ps(_mm256_mul_ps(e[i], f[j]), _mm256_mul_ps(e[j], f[i])), scale);
-        let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
-        let dot = |p: __m256, q: __m256, r: __m256| {
-            _mm256_add_ps(_mm256_add_ps(_mm256_mul_ps(n[0], p), _mm256_mul_ps(n[1], q)), _mm256_mul_ps(n[2], r))
+        let minor = |i: usize, j: usize| {
+            let cd = _mm256_mul_ps(e[j], f[i]);
+            let lost = _mm256_fnmadd_ps(e[j], f[i], cd);
+            _mm256_mul_ps(_mm256_add_ps(_mm256_fmsub_ps(e[i], f[j], cd), lost), scale)
         };
+        let n = [minor(1, 2), minor(2, 0), minor(0, 1)];
+        let dot = |p: __m256, q: __m256, r: __m256| _mm256_fmadd_ps(n[0], p, _mm256_fmadd_ps(n[1], q, _mm256_mul_ps(n[2], r)));
         let to_plane = dot(_mm256_sub_ps(a[0], _mm256_set1_ps(o[x])), _mm256_sub_ps(a[1], _mm256_set1_ps(o[y])), c.depth[0]);
         let along = dot(_mm256_set1_ps(shear[0]), _mm256_set1_ps(shear[1]), _mm256_set1_ps(1.0));
         let first = _mm256_min_ps(_mm256_min_ps(c.depth[0], c.depth[1]), c.depth[2]);
@@ -119,7 +121,7 @@ impl Avx2 {
     /// # Safety
     /// As for [`Kernel::nearest`].
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     unsafe fn nearest_of(&self, corners: *const f32, count: usize, best: f32) -> Option<LaneHit> {
         // SAFETY: passed on.
         let candidates = unsafe { self.pierced(corners, count) };
@@ -159,7 +161,7 @@ impl Avx2 {
     /// # Safety
     /// As for [`Kernel::nearest`].
     #[inline]
-    #[target_feature(enable = "avx2")]
+    #[target_feature(enable = "avx2,fma")]
     unsafe fn any_of(&self, corners: *const f32, count: usize, t_max: f32) -> bool {
         // SAFETY: passed on.
         let candidates = unsafe { self.pierced(corners, count) };
@@ -204,7 +206,7 @@ impl Kernel for Avx2 {
     }
 
     fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
-        #[target_feature(enable = "avx2,bmi1,bmi2")]
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
         fn compiled<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
             super::closest_in::<Avx2, S>(accel, ray, shapes, instance, nearest);
         }
@@ -213,7 +215,7 @@ impl Kernel for Avx2 {
     }
 
     fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
-        #[target_feature(enable = "avx2,bmi1,bmi2")]
+        #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
         fn compiled<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
             super::occluded_in::<Avx2, S>(accel, ray, shapes)
         }
