@@ -6,8 +6,8 @@ use crate::solver::{Needs, Solver};
 use crate::transport::{Context, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
-use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths};
-use etendue_scene::{FilmSettings, Scene};
+use etendue_numerics::{Dim, Ray, Sampler, Spectrum, Vec2, Wavelengths};
+use etendue_scene::{FilmSettings, Scene, SurfaceId};
 use rayon::prelude::*;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -104,7 +104,7 @@ impl TileLedger {
 /// Pass k: sample k of every pixel. In noise mode passes belong to replicates in turn, each with a scramble of its own.
 pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, work: &Work<'_>) {
     let context = Context { scene, rules: run.rules };
-    let plan = SamplePlan::new(run, k, scene.views[run.view].film.size[0]);
+    let plan = SamplePlan::new(run, k);
     (0..work.tiles.len()).into_par_iter().for_each_init(
         || work.film.tile(),
         |tile, index| {
@@ -129,13 +129,12 @@ struct SamplePlan {
     pass: u32,
     sample: u32,
     count: u32,
-    width: u32,
 }
 
 impl SamplePlan {
-    fn new(run: &Run<'_>, k: u32, width: u32) -> Self {
+    fn new(run: &Run<'_>, k: u32) -> Self {
         let count = run.planned_samples();
-        let plan = Self { seed: run.seed, replicate: 0, pass: k, sample: k, count, width };
+        let plan = Self { seed: run.seed, replicate: 0, pass: k, sample: k, count };
         match run.stop {
             Stop::Noise { .. } => {
                 let replicate = k % Replicates::K as u32;
@@ -148,8 +147,7 @@ impl SamplePlan {
 
     #[inline]
     fn sampler(&self, run: &Run<'_>, x: u32, y: u32) -> Sampler {
-        let index = u64::from(y) * u64::from(self.width) + u64::from(x);
-        Sampler::new(run.sequence, self.seed, index, self.sample, self.count)
+        Sampler::on_screen(run.sequence, self.seed, [x, y], self.sample, self.count)
     }
 }
 
@@ -198,5 +196,17 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
     // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
     let on_film = Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within;
     let ray = c.scene.views[run.view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
-    (position, PathState::start(ray.ray, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb))
+    let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
+    (position, PathState::start(seen, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb))
+}
+
+/// What is left of a camera ray behind the emitting surfaces that it meets first: hidden emitters do not stand in the eye's way.
+fn beyond_emitters(scene: &Scene, mut ray: Ray) -> Ray {
+    while let Some(hit) = scene.intersect(&ray)
+        && scene.surface(SurfaceId(hit.geometry)).emitter.is_some()
+    {
+        let behind = scene.interaction(&ray, &hit).spawn(ray.d);
+        ray = Ray { t_max: ray.t_max - hit.t, medium: ray.medium, ..behind };
+    }
+    ray
 }
