@@ -2,9 +2,7 @@
 
 use super::Compiler;
 use super::sensors::Scales;
-use crate::emitter::{
-    Area, Constant, Directional, DirectionalArea, Emitter, Environment, Model, Point, Projector, Spot,
-};
+use crate::emitter::{Area, Constant, Directional, DirectionalArea, Emitter, Environment, Model, Point, Projector, Spot};
 use crate::ids::{EmitterId, SurfaceId};
 use crate::texture::{Color, ColorSlot, Texels, Texture};
 use etendue_description::{NodeId, Params};

@@ -49,7 +49,8 @@ impl<'a> Compiler<'a> {
                 let to_world = params.transform(self.diagnostics, "to_world");
                 let camera = if to_world.is_affine() { Orthographic::new(to_world, pixels, clip) } else { None };
                 if camera.is_none() {
-                    let text = "`to_world` of `orthographic` leaves no picture: its axes must span space, and its last row be 0 0 0 1";
+                    let text =
+                        "`to_world` of `orthographic` leaves no picture: its axes must span space, and its last row be 0 0 0 1";
                     self.diagnostics.error(params.span_of("to_world"), text);
                 }
                 camera.map(Sensor::from)
@@ -91,6 +92,8 @@ impl<'a> Compiler<'a> {
 
     /// The near and the far plane.
     fn clip(&mut self, params: &mut Params<'a>) -> [f32; 2] {
+        // Every camera may say where it is focused; only the lens asks again.
+        params.ignore(&["focus_distance"]);
         let near = self.positive(params, "near_clip", 1e-2);
         let far = self.positive(params, "far_clip", 1e4);
         if near >= far {
@@ -142,7 +145,13 @@ impl View {
         let size = size.map(|side| side.max(1));
         Self {
             sensor: Perspective { projection }.into(),
-            film: FilmSettings { size, crop_offset: [0, 0], crop_size: size, filter: Kernel::Gaussian { stddev: 0.5 }, channels: 3 },
+            film: FilmSettings {
+                size,
+                crop_offset: [0, 0],
+                crop_size: size,
+                filter: Kernel::Gaussian { stddev: 0.5 },
+                channels: 3,
+            },
             sampler: SamplerSettings { kind: SequenceKind::default(), count: 16, seed: 0 },
         }
     }

@@ -38,6 +38,8 @@ pub struct Environment {
     axes: Frame,
     /// Which cell; rows of cells lie between rows of texels.
     cells: Table2D,
+    /// For each row of texels cosθ, and 1/Ω of a cell of the row that begins there.
+    rows: Vec<[f32; 2]>,
     /// ∫ Le dw, W/m².
     integral: Spectrum,
 }
@@ -46,7 +48,8 @@ impl Environment {
     /// Surroundings of radiance `scale` times the picture, W/(m² sr). `axes` holds the directions of the picture's x, y and z in the world.
     pub fn new(texels: Arc<Texels>, scale: f32, axes: Frame) -> Self {
         let (width, height) = (texels.width(), texels.height().max(2));
-        let mut new = Self { texels, scale, width, height, axes, cells: Table2D::new(&[], 1, 1), integral: Spectrum::ZERO };
+        let rows = (0..height).map(|row| [cos_theta(height, row), 1.0 / solid_angle(width, height, row)]).collect();
+        let mut new = Self { texels, scale, width, height, axes, cells: Table2D::new(&[], 1, 1), rows, integral: Spectrum::ZERO };
 
         let mut weights = Vec::with_capacity(width * (height - 1));
         let mut integral = [0f64; 3];
@@ -70,44 +73,49 @@ impl Environment {
         self.texels.texel(column, row.min(self.texels.height() - 1)).max(0.0) * self.scale
     }
 
-    /// Le in the unit direction `local` of the picture's coordinates.
-    fn radiance(&self, local: Vec3) -> Spectrum {
+    /// The cell of a unit direction in the picture's coordinates, (column, row), and the place in it.
+    #[inline]
+    fn cell(&self, local: Vec3) -> (usize, usize, Vec2) {
         let (w, h) = (self.width, self.height);
-        let phi = atan2(local.x, -local.z) / TAU;
-        let x = (phi - phi.floor()) * w as f32 - 0.5;
-        let y = safe_acos(local.y) / PI * (h - 1) as f32;
-        let (x0, y0) = (x.floor(), y.floor().min((h - 2) as f32).max(0.0));
-        let column = |i: f32| (i + w as f32) as usize % w;
-        let (left, right, row) = (column(x0), column(x0 + 1.0), y0 as usize);
-        let above = Spectrum::lerp(x - x0, self.texel(left, row), self.texel(right, row));
-        let below = Spectrum::lerp(x - x0, self.texel(left, row + 1), self.texel(right, row + 1));
-        Spectrum::lerp(y - y0, above, below)
+        let phi = atan2(local.x, -local.z) * (1.0 / TAU);
+        // From the last texel centre before the left edge on.
+        let x = (if phi < 0.0 { phi + 1.0 } else { phi }) * w as f32 + (w as f32 - 0.5);
+        let y = safe_acos(local.y) * ((h - 1) as f32 / PI);
+        let (column, row) = (x as usize, (y as usize).min(h - 2));
+        let place = Vec2::new(x - column as f32, y - row as f32);
+        let column = if column >= w { column - w } else { column };
+        (column.min(w - 1), row, place)
+    }
+
+    /// Le at a place in a cell.
+    #[inline]
+    fn radiance(&self, (column, row, place): (usize, usize, Vec2)) -> Spectrum {
+        let right = if column + 1 == self.width { 0 } else { column + 1 };
+        let across = |row: usize| Spectrum::lerp(place.x, self.texel(column, row), self.texel(right, row));
+        Spectrum::lerp(place.y, across(row), across(row + 1))
     }
 
     /// p_w of a unit direction in the picture's coordinates.
+    #[inline]
     fn density(&self, local: Vec3) -> f32 {
-        let (w, h) = (self.width, self.height);
-        let phi = atan2(local.x, -local.z) / TAU;
-        let x = (phi - phi.floor()) * w as f32 - 0.5;
-        let column = ((x + w as f32) as usize) % w;
-        let row = ((safe_acos(local.y) / PI * (h - 1) as f32) as usize).min(h - 2);
-        self.cells.probability(column, row) / solid_angle(w, h, row)
+        let (column, row, _) = self.cell(local);
+        self.cells.probability(column, row) * self.rows[row][1]
     }
 
-    /// A unit direction in the picture's coordinates, with its p_w.
-    fn sample_local(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    /// A unit direction in the picture's coordinates, with its p_w and Le.
+    fn sample_local(&self, u: Vec2) -> Option<(Vec3, f32, Spectrum)> {
         if self.cells.sum() <= 0.0 {
             return None;
         }
-        let (w, h) = (self.width, self.height);
         let (column, row, probability, rest) = self.cells.sample_discrete(u);
-        let phi = TAU * (column as f32 + 0.5 + rest.x) / w as f32;
-        let (top, bottom) = (cos_theta(h, row), cos_theta(h, row + 1));
+        let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
+        let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
         let cos = top + (bottom - top) * rest.y;
         let sin = safe_sqrt((1.0 - cos) * (1.0 + cos));
         let (sin_phi, cos_phi) = sin_cos(phi);
         let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
-        Some((d.normalize(), probability / solid_angle(w, h, row)))
+        let y = (safe_acos(cos) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
+        Some((d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y)))))
     }
 }
 
@@ -125,7 +133,7 @@ fn solid_angle(width: usize, height: usize, row: usize) -> f32 {
 
 impl Light for Environment {
     fn le_escaped(&self, d: Vec3, _: &Wavelengths) -> Spectrum {
-        self.radiance(self.axes.to_local(d))
+        self.radiance(self.cell(self.axes.to_local(d)))
     }
 
     fn pdf_escaped(&self, _: &LightReference, wi: Vec3) -> f32 {
@@ -133,13 +141,13 @@ impl Light for Environment {
     }
 
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
-        let (local, pdf_w) = self.sample_local(u)?;
+        let (local, pdf_w, le) = self.sample_local(u)?;
         let wi = self.axes.to_world(local);
         Some(LightSample {
             wi,
             p: outside(scene, from.p, wi),
             distance: f32::INFINITY,
-            le: self.radiance(local),
+            le,
             pdf: Pdf::SolidAngle(pdf_w),
             emitter: id.emitter,
         })
@@ -151,14 +159,14 @@ impl Light for Environment {
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
-        let (local, pdf_w) = self.sample_local(u_direction)?;
+        let (local, pdf_w, le) = self.sample_local(u_direction)?;
         let d = -self.axes.to_world(local);
         let (ray, pdf_a) = from_infinity(scene, d, u)?;
         Some(EmissionSample {
             ray,
             n: d,
             pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(pdf_w) },
-            weight: self.radiance(local) / (pdf_a * pdf_w),
+            weight: le / (pdf_a * pdf_w),
             emitter: id.emitter,
         })
     }

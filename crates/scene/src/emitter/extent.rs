@@ -1,11 +1,11 @@
 //! What the light sampler knows of a light without asking it: where it is, whereto it shines, how strongly.
 //!
 //! ```text
-//! E(x) ≲ I cosθ'ₗ cosθ'ₓ / d²,    θ' the least angles that the bounds allow
+//! E(x) ≈ I cosθₗ cosθₓ / d²
 //! ```
 //!
 //! A bound is a box, a cone of normals (axis, half angle θo), the angle θe up to which light leaves about each normal, and the radiant
-//! intensity I into the brightest direction [Conty Estevez, Kulla 2018, §4].
+//! intensity I into the brightest direction [Conty Estevez, Kulla 2018, §4]; the part of I that is even does not fall with cosθₗ.
 
 use crate::shape::{Geometry, Shape};
 use etendue_numerics::math::{FRAC_PI_2, PI, TAU, safe_acos, safe_sqrt};
@@ -32,6 +32,8 @@ pub enum Extent {
 pub struct LightBounds {
     /// Where.
     pub bounds: Bounds3,
+    /// About the middle; of a flat light in its plane, so that it tells exactly who is in front. Of several lights, any place among them.
+    pub center: Vec3,
     /// The middle of the normals; unit length.
     pub axis: Vec3,
     /// cosθo: how far normals stray from the axis; -1 for all directions.
@@ -40,44 +42,52 @@ pub struct LightBounds {
     pub cos_e: f32,
     /// I, W/sr.
     pub intensity: f32,
+    /// The part of I that is the same in all directions where light goes at all, W/sr.
+    pub even: f32,
 }
 
 impl LightBounds {
     /// Nothing: the neutral element of [`LightBounds::union`].
-    pub const NONE: Self = Self { bounds: Bounds3::EMPTY, axis: Vec3::Z, cos_o: 1.0, cos_e: 1.0, intensity: 0.0 };
+    pub const NONE: Self =
+        Self { bounds: Bounds3::EMPTY, center: Vec3::ZERO, axis: Vec3::Z, cos_o: 1.0, cos_e: 1.0, intensity: 0.0, even: 0.0 };
 
     /// A point that shines equally in all directions.
     pub fn of_point(p: Vec3, intensity: f32) -> Self {
-        Self { bounds: Bounds3 { min: p, max: p }, axis: Vec3::Z, cos_o: -1.0, cos_e: 0.0, intensity }
+        Self { bounds: Bounds3 { min: p, max: p }, center: p, axis: Vec3::Z, cos_o: -1.0, cos_e: 0.0, intensity, even: intensity }
     }
 
     /// A primitive of a shape that emits `radiance`, W/(m² sr), on its front.
     pub fn of_surface(shape: &Shape, primitive: u32, radiance: f32) -> Self {
-        let power_per_sr = radiance * shape.area_of(primitive);
-        // Curved shapes shine all around; a closed convex one shows a quarter of its area [Cauchy].
-        let all_around = Self {
-            bounds: shape.bounds(),
-            axis: Vec3::Z,
-            cos_o: -1.0,
-            cos_e: 0.0,
-            intensity: power_per_sr * if shape.mesh().is_some() { 1.0 } else { 0.25 },
+        let intensity = radiance * shape.area_of(primitive);
+        let around =
+            |bounds: Bounds3, intensity| Self { bounds, intensity, even: intensity, ..Self::of_point(bounds.center(), 0.0) };
+        let facing = |axis: Vec3, bounds: Bounds3, on_plane: Vec3| {
+            let center = bounds.center() - axis * axis.dot(bounds.center() - on_plane);
+            Self { center, axis, cos_o: 1.0, even: 0.0, ..around(bounds, intensity) }
         };
-        let n = shape.sample_area(primitive, Vec2::splat(0.5)).n;
-        let flat = Self { axis: n, cos_o: 1.0, intensity: power_per_sr, ..all_around };
         match shape {
             Shape::Mesh(mesh) => {
+                let corners = mesh.indices[primitive as usize];
                 let whole = mesh.indices.len() as u32 != mesh.primitive_count();
-                let triangle = mesh.indices[primitive as usize];
-                let bounds = if whole { flat.bounds } else { Bounds3::of(triangle.map(|i| mesh.positions[i as usize])) };
+                let bounds = if whole { shape.bounds() } else { Bounds3::of(corners.map(|i| mesh.positions[i as usize])) };
+                let n = shape.sample_area(primitive, Vec2::splat(0.5)).n;
                 // The front is where the shading normals point; where they disagree about a triangle, either side may emit.
-                let sides: Vec<bool> =
-                    triangle.iter().filter_map(|i| mesh.normals.get(*i as usize)).map(|ns| ns.dot(n) > 0.0).collect();
-                let agreed = whole || sides.iter().all(|side| *side == sides[0]);
-                if agreed { Self { bounds, ..flat } } else { Self { bounds, ..all_around } }
+                let [a, b, c] = corners.map(|i| mesh.normals.get(i as usize).map_or(1.0, |ns| ns.dot(n)));
+                let agreed = whole || (a > 0.0) == (b > 0.0) && (b > 0.0) == (c > 0.0);
+                if agreed { facing(n, bounds, mesh.positions[corners[0] as usize]) } else { around(bounds, intensity) }
             }
-            Shape::Disk(_) => flat,
-            _ => all_around,
+            Shape::Disk(_) => {
+                let at = shape.sample_area(primitive, Vec2::splat(0.5));
+                facing(at.n, shape.bounds(), at.p)
+            }
+            // Curved shapes shine all around; a closed convex one shows a quarter of its area [Cauchy].
+            _ => around(shape.bounds(), 0.25 * intensity),
         }
+    }
+
+    /// The same light, `factor` times as bright.
+    pub fn scaled(&self, factor: f32) -> Self {
+        Self { intensity: self.intensity * factor, even: self.even * factor, ..*self }
     }
 
     /// Bounds of both.
@@ -88,10 +98,12 @@ impl LightBounds {
         let (axis, cos_o) = cone_union((self.axis, self.cos_o), (other.axis, other.cos_o));
         Self {
             bounds: self.bounds.union(other.bounds),
+            center: self.center,
             axis,
             cos_o,
             cos_e: self.cos_e.min(other.cos_e),
             intensity: self.intensity + other.intensity,
+            even: self.even + other.even,
         }
     }
 

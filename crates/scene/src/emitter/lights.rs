@@ -43,6 +43,8 @@ pub struct Lights {
     /// For each emitter its first primitive among them.
     first: Vec<Option<u32>>,
     tree: LightTree,
+    /// Whether there is but one light primitive and nothing to choose.
+    is_alone: bool,
     /// All primitives and distant lights, and the choice among them by flux.
     emitting: Vec<LightId>,
     by_flux: Option<Table1D>,
@@ -68,7 +70,7 @@ impl Lights {
                     Extent::Bounded(b) => {
                         lights.first[i].get_or_insert(lights.primitives.len() as u32);
                         lights.primitives.push(light);
-                        bounds.push(LightBounds { intensity: b.intensity * emitter.sampling_weight, ..b });
+                        bounds.push(b.scaled(emitter.sampling_weight));
                     }
                     Extent::Distant { irradiance, from } => {
                         if from.is_none() {
@@ -89,6 +91,7 @@ impl Lights {
             own.iter_mut().for_each(|f| *f = f.max(least));
         }
         lights.tree = LightTree::new(&bounds);
+        lights.is_alone = lights.primitives.len() == 1 && lights.distant.is_empty() && !lights.tree.is_empty();
         lights.by_flux = (!flux.is_empty()).then(|| Table1D::new(&flux));
         lights
     }
@@ -113,6 +116,9 @@ impl Lights {
     pub fn pdf(&self, scene: &Scene, from: &LightReference, x: &Interaction) -> f32 {
         let Some(id) = self.light_at(scene, x) else { return 0.0 };
         let Some(first) = self.first[id.emitter.index()] else { return 0.0 };
+        if self.is_alone {
+            return scene.emitter(id.emitter).model.pdf(scene, from, id, x);
+        }
         let chosen = self.tree.probability(from, (first + id.primitive) as usize);
         if chosen == 0.0 {
             return 0.0;
@@ -135,6 +141,10 @@ impl Lights {
 
     /// A point on a light for `from`: `u_light` chooses the light, `u` the point on it; `None` where no light can arrive.
     pub fn sample(&self, scene: &Scene, from: &LightReference, u_light: f32, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        if self.is_alone {
+            let id = self.primitives[0];
+            return scene.emitter(id.emitter).model.sample(scene, from, id, u, wl);
+        }
         // A tree of many lights asks for more digits than `u_light` has. The rest is scrambled out of `u`.
         let digits = unit(mix(u64::from(u.x.to_bits()) << 32 | u64::from(u.y.to_bits())) as u32);
         let u_light = f64::from(u_light) + f64::from(digits) * (0.5f64).powi(24);

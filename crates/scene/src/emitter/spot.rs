@@ -106,11 +106,9 @@ impl Light for Spot {
     }
 
     fn extent(&self, scene: &Scene, _: u32) -> Extent {
-        Extent::Bounded(LightBounds {
-            axis: self.axes.n,
-            cos_o: 1.0,
-            cos_e: self.cutoff.cos(),
-            ..LightBounds::of_point(self.p, scalar(self.mean_intensity(scene)))
-        })
+        let everywhere = LightBounds::of_point(self.p, scalar(self.mean_intensity(scene)));
+        // Wider than a half space: as good as a point.
+        let cos_e = self.cutoff.cos();
+        Extent::Bounded(if cos_e > 0.0 { LightBounds { axis: self.axes.n, cos_o: 1.0, cos_e, ..everywhere } } else { everywhere })
     }
 }

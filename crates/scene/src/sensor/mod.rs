@@ -99,6 +99,11 @@ macro_rules! sensors {
         })*
 
         impl Sensor {
+            /// The model's name.
+            pub fn name(&self) -> &'static str {
+                match self { $(Self::$model(_) => stringify!($model),)* }
+            }
+
             /// We of the ray that leaves the lens point `p` in the unit direction `w`; see [`Camera::we`].
             #[inline]
             pub fn we(&self, p: Vec3, w: Vec3) -> f32 {

@@ -14,11 +14,13 @@
 use super::{Camera, CameraRay, SensorSample};
 use crate::emitter::PositionPdf;
 use etendue_numerics::{Pdf, Ray, Transform, Vec2, Vec3};
+use glam::Affine3A;
 
 /// A camera of parallel rays.
 #[derive(Clone, Debug)]
 pub struct Orthographic {
-    to_world: Transform,
+    to_world: Affine3A,
+    to_camera: Affine3A,
     /// Unit direction of all rays.
     d: Vec3,
     /// (W, H) in pixels.
@@ -40,7 +42,8 @@ impl Orthographic {
         let across = to_world.vector(Vec3::X).cross(to_world.vector(Vec3::Y)).dot(d).abs();
         let pixel_area = across * 4.0 * half.x * half.y / (size.x * size.y);
         let sane = pixel_area > 0.0 && pixel_area.is_finite();
-        sane.then(|| Self { to_world, d, size, half, near: clip[0], length: clip[1] - clip[0], pixel_area })
+        let (to_world, to_camera) = (affine(&to_world), affine(&to_world.inverse()));
+        sane.then(|| Self { to_world, to_camera, d, size, half, near: clip[0], length: clip[1] - clip[0], pixel_area })
     }
 
     /// The place on the film of a point in the camera's coordinates.
@@ -51,13 +54,17 @@ impl Orthographic {
     }
 }
 
+fn affine(t: &Transform) -> Affine3A {
+    Affine3A::from_mat4(t.matrix().as_mat4())
+}
+
 impl Camera for Orthographic {
     fn we(&self, _: Vec3, _: Vec3) -> f32 {
         0.0
     }
 
     fn pixel(&self, p: Vec3, _: Vec3) -> Option<Vec2> {
-        self.pixel_of(self.to_world.inverse_point(p))
+        self.pixel_of(self.to_camera.transform_point3(p))
     }
 
     fn pdf(&self, p: Vec3, w: Vec3) -> (PositionPdf, Pdf) {
@@ -67,14 +74,14 @@ impl Camera for Orthographic {
 
     fn sample_ray(&self, pixel: Vec2, _: Vec2, time: f32) -> CameraRay {
         let xy = (Vec2::ONE - 2.0 * pixel / self.size) * self.half;
-        let ray = Ray::new(self.to_world.point(xy.extend(self.near)), self.d).until(self.length);
+        let ray = Ray::new(self.to_world.transform_point3(xy.extend(self.near)), self.d).until(self.length);
         CameraRay { ray: Ray { time, ..ray }, weight: 1.0 }
     }
 
     fn sample_direction(&self, from: Vec3, _: Vec2) -> Option<SensorSample> {
-        let local = self.to_world.inverse_point(from);
+        let local = self.to_camera.transform_point3(from);
         let pixel = self.pixel_of(local)?;
-        let p = self.to_world.point(local.with_z(self.near));
+        let p = self.to_world.transform_point3(local.with_z(self.near));
         let distance = (from - p).dot(self.d);
         let seen = distance >= 0.0 && distance <= self.length;
         seen.then(|| SensorSample { wi: -self.d, p, we: 1.0 / self.pixel_area, pdf: Pdf::Delta(1.0), pixel })

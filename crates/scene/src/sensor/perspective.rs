@@ -47,7 +47,7 @@ impl Camera for Perspective {
     }
 
     fn sample_direction(&self, from: Vec3, _: Vec2) -> Option<SensorSample> {
-        let local = self.projection.to_local(from)?;
+        let local = self.projection.place(from)?;
         let pixel = self.projection.pixel(local.truncate() / local.z)?;
         let r2 = local.length_squared();
         let w = local / r2.sqrt();

@@ -74,7 +74,7 @@ impl Projection {
 
     /// The world's point in the camera's coordinates; `None` where it is not between the near and the far plane.
     #[inline]
-    pub(super) fn to_local(&self, p: Vec3) -> Option<Vec3> {
+    pub(super) fn place(&self, p: Vec3) -> Option<Vec3> {
         let local = self.axes.to_local(p - self.p);
         (local.z >= self.clip[0] && local.z <= self.clip[1]).then_some(local)
     }

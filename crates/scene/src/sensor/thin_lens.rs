@@ -69,7 +69,7 @@ impl Camera for ThinLens {
     }
 
     fn sample_direction(&self, from: Vec3, lens: Vec2) -> Option<SensorSample> {
-        let local = self.projection.to_local(from)?;
+        let local = self.projection.place(from)?;
         let lens = self.lens_point(lens);
         let d = local - lens;
         let r2 = d.length_squared();

@@ -1,8 +1,11 @@
-use super::*;
+//! The light tree held to sums, counts and reachability.
+
+use super::{LightTree, NONE};
 use crate::emitter::LightBounds;
+use crate::emitter::record::LightReference;
 use etendue_check::{Rng, chi_square_p, family_wise, rng};
-use etendue_numerics::Bounds3;
 use etendue_numerics::warp::square_to_sphere;
+use etendue_numerics::{Bounds3, Vec3};
 
 /// Triangles strewn about the unit cube, as bounds, some of them spots and points.
 fn strewn(n: usize, seed: u64) -> Vec<LightBounds> {
@@ -10,9 +13,10 @@ fn strewn(n: usize, seed: u64) -> Vec<LightBounds> {
     let light = |_| {
         let corner = Vec3::from(r.u3());
         let size = 0.05 * r.u1() * r.u1();
-        let corners: [Vec3; 3] = std::array::from_fn(|_| corner + square_to_sphere(r.u2()) * size);
+        let corners = [Vec3::ZERO, square_to_sphere(r.u2()) * size, square_to_sphere(r.u2()) * size].map(|d| corner + d);
         let (axis, intensity) = (square_to_sphere(r.u2()), 0.1 + 10.0 * r.u1().powi(4));
-        let triangle = LightBounds { bounds: Bounds3::of(corners), axis, cos_o: 1.0, cos_e: 0.0, intensity };
+        let triangle =
+            LightBounds { bounds: Bounds3::of(corners), center: corner, axis, cos_o: 1.0, cos_e: 0.0, intensity, even: 0.0 };
         match r.below(10) {
             0 => LightBounds::of_point(corner, intensity),
             1 => LightBounds { axis, cos_o: 1.0, cos_e: 0.8, ..LightBounds::of_point(corner, intensity) },
@@ -36,7 +40,7 @@ fn probabilities_sum_to_one() {
     let mut r = rng(2);
     for n in [1, 2, 3, 4, 5, 17, 300, 5000] {
         let lights = strewn(n, n as u64);
-        let everywhere: Vec<_> = lights.iter().map(|l| LightBounds { cos_o: -1.0, cos_e: 0.0, ..*l }).collect();
+        let everywhere: Vec<_> = lights.iter().map(|l| LightBounds { cos_o: -1.0, cos_e: 0.0, even: l.intensity, ..*l }).collect();
         let (tree, complete) = (LightTree::new(&lights), LightTree::new(&everywhere));
         for _ in 0..20 {
             let from = reference(&mut r);
@@ -89,16 +93,14 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
 
 #[test]
 fn every_light_that_reaches_a_place_has_its_chance() {
-    // Points of the lights, seen exactly: wherever the cosines are above zero the probability must be.
+    // A point of each light, seen exactly: wherever the cosines are above zero the probability must be.
     let lights = strewn(400, 11);
     let tree = LightTree::new(&lights);
     let mut r = rng(12);
     for _ in 0..60 {
         let from = reference(&mut r);
         for (i, light) in lights.iter().enumerate() {
-            let size = light.bounds.size();
-            let q = light.bounds.min + size * Vec3::from(r.u3());
-            let d = (from.p - q).normalize();
+            let d = (from.p - light.center).normalize();
             let leaves = light.cos_o < 0.0 || light.axis.dot(d) > light.cos_e + 1e-4;
             let arrives = from.n == Vec3::ZERO || if from.one_sided { from.n.dot(d) < -1e-4 } else { true };
             assert!(!(leaves && arrives) || tree.probability(&from, i) > 0.0, "light {i} {light:?} at {from:?}");
