@@ -63,6 +63,12 @@ impl Replicates {
         Self { width: size[0], stride, count, sums: vec![[0; 3]; count * Self::K] }
     }
 
+    /// Whether these are replicates of a picture of this size.
+    pub fn fits(&self, size: [u32; 2]) -> bool {
+        let blank = Self::new(size);
+        (self.width, self.stride, self.count, self.sums.len()) == (blank.width, blank.stride, blank.count, blank.sums.len())
+    }
+
     /// The place of a pixel among the tracked ones.
     #[inline]
     pub fn slot(&self, pixel: [u32; 2]) -> Option<usize> {

@@ -1,4 +1,5 @@
-//! What the eye sees first, as numbers instead of light: albedo, normals, depth, position, texture coordinates.
+//! What the eye sees first, as numbers instead of light: albedo, normals, depth, position, texture
+//! coordinates, tangents, and the numbers of surface and primitive.
 
 use crate::drivers::PixelSolver;
 use crate::transport::{Context, PathState, Vertex};
@@ -20,17 +21,32 @@ pub enum Quantity {
     Position,
     /// Texture coordinates.
     Uv,
+    /// ∂p/∂u, world.
+    DpDu,
+    /// ∂p/∂v, world.
+    DpDv,
+    /// Number of the surface, in file order.
+    ShapeIndex,
+    /// Number of the primitive in its surface.
+    PrimitiveIndex,
 }
 
+/// A quantity, its name on the command line, its name in Mitsuba's `aov`, and its channels as Mitsuba names them.
+type Entry = (Quantity, &'static str, &'static str, &'static [&'static str]);
+
 impl Quantity {
-    /// All quantities with their names on the command line, their names in Mitsuba's `aov`, and their numbers of channels.
-    pub const ALL: [(Self, &'static str, &'static str, usize); 6] = [
-        (Self::Albedo, "albedo", "albedo", 3),
-        (Self::Normal, "normal", "sh_normal", 3),
-        (Self::GeometricNormal, "geometric-normal", "geo_normal", 3),
-        (Self::Depth, "depth", "depth", 1),
-        (Self::Position, "position", "position", 3),
-        (Self::Uv, "uv", "uv", 2),
+    /// All quantities. A depth is measured along the ray, so its channel is the ray's parameter `T`, not the camera's `Z`.
+    pub const ALL: [Entry; 10] = [
+        (Self::Albedo, "albedo", "albedo", &["R", "G", "B"]),
+        (Self::Normal, "normal", "sh_normal", &["X", "Y", "Z"]),
+        (Self::GeometricNormal, "geometric-normal", "geo_normal", &["X", "Y", "Z"]),
+        (Self::Depth, "depth", "depth", &["T"]),
+        (Self::Position, "position", "position", &["X", "Y", "Z"]),
+        (Self::Uv, "uv", "uv", &["U", "V"]),
+        (Self::DpDu, "dp-du", "dp_du", &["X", "Y", "Z"]),
+        (Self::DpDv, "dp-dv", "dp_dv", &["X", "Y", "Z"]),
+        (Self::ShapeIndex, "shape-index", "shape_index", &["I"]),
+        (Self::PrimitiveIndex, "primitive-index", "prim_index", &["I"]),
     ];
 
     /// The quantity of a name of either kind.
@@ -43,9 +59,9 @@ impl Quantity {
         Self::ALL.iter().find(|(q, ..)| *q == self).map_or("", |(_, name, ..)| name)
     }
 
-    /// Numbers per pixel.
-    pub fn channels(self) -> usize {
-        Self::ALL.iter().find(|(q, ..)| *q == self).map_or(3, |(.., n)| *n)
+    /// The names of its numbers.
+    pub fn channels(self) -> &'static [&'static str] {
+        Self::ALL.iter().find(|(q, ..)| *q == self).map_or(&[], |(.., names)| names)
     }
 }
 
@@ -69,6 +85,10 @@ impl PixelSolver for Aov {
             Quantity::Depth => Spectrum::splat(hit.t),
             Quantity::Position => vector(x.p),
             Quantity::Uv => Spectrum::rgb(x.uv.x, x.uv.y, 0.0),
+            Quantity::DpDu => vector(x.dp_du),
+            Quantity::DpDv => vector(x.dp_dv),
+            Quantity::ShapeIndex => Spectrum::splat(x.surface.0 as f32),
+            Quantity::PrimitiveIndex => Spectrum::splat(x.primitive as f32),
         }
     }
 }

@@ -1,15 +1,17 @@
-//! The state of a render between two passes, as bytes.
+//! The state of a render between two passes, as bytes: the fields one after another, and a digest of them, so that a damaged file is not
+//! taken for a picture.
 
 use super::pixels::TileLedger;
 use crate::run::{Run, Stop};
 use etendue_film::{Film, Replicates, Sums};
+use etendue_numerics::sequence::mix;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
 /// First bytes of a checkpoint's encoding, with its version.
-const MAGIC: [u8; 8] = *b"etendue1";
+const MAGIC: [u8; 8] = *b"etendue2";
 
 /// Everything that a render needs to go on as if it had never stopped.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -102,7 +104,12 @@ impl Checkpoint {
     ) -> Result<S, CannotResume> {
         let damaged = || CannotResume("the checkpoint is damaged".to_owned());
         let state = postcard::from_bytes(&self.state).map_err(|_| damaged())?;
-        if self.tiles.len() != tiles.len() || !film.merge(&self.sums) {
+        let replicates_fit = self.replicates.as_ref().is_none_or(|r| r.fits(film.shape().size));
+        if self.tiles.len() != tiles.len()
+            || self.replicates.is_some() != replicates.is_some()
+            || !replicates_fit
+            || !film.merge(&self.sums)
+        {
             return Err(damaged());
         }
         tiles.set(&self.tiles);
@@ -115,16 +122,27 @@ impl Checkpoint {
     /// The checkpoint as bytes.
     pub fn to_bytes(&self) -> Vec<u8> {
         // Plain data has no way to fail; an empty answer would be refused when it is read.
-        postcard::to_stdvec(self).unwrap_or_default()
+        let mut bytes = postcard::to_stdvec(self).unwrap_or_default();
+        bytes.extend(digest(&bytes).to_le_bytes());
+        bytes
     }
 
     /// The checkpoint of bytes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CannotResume> {
-        let checkpoint: Self = postcard::from_bytes(bytes)
-            .map_err(|_| CannotResume("the file is no checkpoint of this version, or it is damaged".to_owned()))?;
-        if checkpoint.magic != MAGIC {
+        if !bytes.starts_with(&MAGIC) {
             return Err(CannotResume("the file is no checkpoint of this version".to_owned()));
         }
-        Ok(checkpoint)
+        let damaged = || CannotResume("the checkpoint is damaged".to_owned());
+        let (fields, told) = bytes.split_last_chunk().ok_or_else(damaged)?;
+        if digest(fields) != u64::from_le_bytes(*told) {
+            return Err(damaged());
+        }
+        postcard::from_bytes(fields).map_err(|_| damaged())
     }
+}
+
+/// A digest of bytes that no single change leaves as it is.
+fn digest(bytes: &[u8]) -> u64 {
+    let word = |chunk: &[u8]| chunk.iter().rev().fold(0, |w, b| w << 8 | u64::from(*b));
+    bytes.chunks(8).fold(bytes.len() as u64, |h, chunk| mix(h ^ word(chunk)))
 }
