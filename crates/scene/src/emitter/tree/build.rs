@@ -37,8 +37,12 @@ impl LightTree {
         self.parent.push(place);
 
         // Split in two, then the costlier parts, until there are four.
-        let whole = Part::of(items);
-        let mut parts: Vec<(&mut [Item], Part)> = vec![(items, whole)];
+        let mut parts: Vec<(&mut [Item], Part)> = if items.len() <= 4 {
+            items.chunks_mut(1).map(|item| (Part::of(item), item)).map(|(part, item)| (item, part)).collect()
+        } else {
+            let whole = Part::of(items);
+            vec![(items, whole)]
+        };
         while parts.len() < 4 {
             let cost = |part: &Part| part.bounds.cost(part.bounds.bounds.size().length());
             let divisible = parts.iter().enumerate().filter(|(_, (_, part))| part.count > 1);
