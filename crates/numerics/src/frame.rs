@@ -18,6 +18,7 @@ impl Frame {
     pub const IDENTITY: Self = Self { s: Vec3::X, t: Vec3::Y, n: Vec3::Z };
 
     /// Any frame around the unit vector `n` [Duff et al. 2017, Listing 3].
+    #[inline]
     pub fn from_normal(n: Vec3) -> Self {
         let sign = 1f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -26,6 +27,7 @@ impl Frame {
     }
 
     /// The frame around the unit vector `n` whose `s` leans towards `dp_du` (Gram-Schmidt); any frame where the two are parallel.
+    #[inline]
     pub fn from_normal_and_tangent(n: Vec3, dp_du: Vec3) -> Self {
         let s = dp_du - n * n.dot(dp_du);
         match s.try_normalize() {

@@ -39,7 +39,8 @@ pub struct Interaction {
 }
 
 impl Interaction {
-    /// The surface point that `ray` met at `hit`.
+    /// The surface point that `ray`, of unit direction, met at `hit`; of a ray of another length `wo` is left to the caller.
+    #[inline]
     pub(crate) fn at(point: &SurfacePoint, ray: &Ray, hit: &Hit, dp_du: Vec3, dp_dv: Vec3) -> Self {
         Self {
             p: point.p,
@@ -49,7 +50,7 @@ impl Interaction {
             uv: point.uv,
             dp_du,
             dp_dv,
-            wo: -ray.d.normalize(),
+            wo: -ray.d,
             t: hit.t,
             time: ray.time,
             surface: SurfaceId(hit.geometry),

@@ -37,13 +37,42 @@ pub struct Mesh {
     pub flip_normals: bool,
     /// Two triangles side by side in one plane: one primitive to light samplers.
     pub(super) quad: Option<Quad>,
+    /// What every hit on a triangle asks for.
+    pub(super) faces: Vec<Face>,
+}
+
+/// What does not change over a triangle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Face {
+    /// Unit normal by the order of the corners.
+    pub n: Vec3,
+    /// The part of a point's error bound that is the same all over the triangle.
+    error: f32,
+}
+
+impl Face {
+    fn of(corners: [Vec3; 3]) -> Self {
+        // The test that a ray leaving the triangle is put to rounds the corners as seen from its origin, and the normal; thin triangles amplify
+        // that. The factor is measured: four times the worst of a million.
+        let twice_area = cross(corners);
+        let extent = Bounds3::of(corners).size().max_element();
+        let thinness = (extent * extent / twice_area.length() as f32).clamp(1.0, 1e5);
+        Self { n: twice_area.normalize_or(DVec3::Z).as_vec3(), error: extent * (gamma(2) + gamma(1) * 0.5 * thinness) }
+    }
 }
 
 impl Mesh {
     /// The same mesh, to be called when its fields are set: two triangles that make a flat quadrilateral become one primitive.
     pub fn finish(mut self) -> Self {
         self.quad = Quad::of(&self);
+        self.faces = self.indices.iter().map(|t| Face::of(self.corners(*t))).collect();
         self
+    }
+
+    /// What does not change over a triangle.
+    #[inline]
+    pub(super) fn face(&self, triangle: u32) -> Face {
+        self.faces[triangle as usize]
     }
 
     /// The corners of a triangle.
@@ -71,6 +100,7 @@ impl Mesh {
     }
 
     /// The point at barycentrics of a triangle.
+    #[inline]
     pub(super) fn point(&self, triangle: u32, bary: Vec2) -> SurfacePoint {
         let index = self.indices[triangle as usize];
         let corners = self.corners(index);
@@ -78,14 +108,10 @@ impl Mesh {
         let [q0, q1, q2] = std::array::from_fn(|i| corners[i] * b[i]);
         let p = q0 + q1 + q2;
 
-        // Rounding: of the sum itself [Pharr, Jakob, Humphreys 2023, §6.8.5], and of the test that the ray that leaves is put to, which rounds
-        // the corners as seen from p and the normal; thin triangles amplify that. Their factor is measured: four times the worst of a million.
-        let twice_area = cross(corners);
-        let extent = corners.iter().fold(Vec3::ZERO, |e, c| e.max((*c - p).abs())).max_element();
-        let thinness = (extent * extent / twice_area.length() as f32).clamp(1.0, 1e5);
-        let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7) + Vec3::splat(extent * (gamma(2) + gamma(1) * 0.5 * thinness));
+        // Rounding of the sum [Pharr, Jakob, Humphreys 2023, §6.8.5], and what the triangle adds.
+        let Face { n: face, error } = self.face(triangle);
+        let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7) + Vec3::splat(error);
 
-        let face = twice_area.normalize_or(DVec3::Z).as_vec3();
         let (mut n, mut ns) = (face, face);
         if !self.normals.is_empty() {
             ns = interpolate(&self.normals, index, b).try_normalize().unwrap_or(face);
@@ -101,10 +127,10 @@ impl Mesh {
     }
 
     /// ∂p/∂u and ∂p/∂v of a triangle; any tangents where its texture coordinates do not span the plane.
+    #[inline]
     fn tangents(&self, triangle: u32) -> (Vec3, Vec3) {
         let index = self.indices[triangle as usize];
-        let corners = self.corners(index);
-        let [p0, p1, p2] = corners;
+        let [p0, p1, p2] = self.corners(index);
         let (e1, e2) = (p1 - p0, p2 - p0);
         if self.uvs.is_empty() {
             return (e1, e2);
@@ -112,11 +138,12 @@ impl Mesh {
         let [t0, t1, t2] = index.map(|i| self.uvs[i as usize]);
         let (d1, d2) = (t1 - t0, t2 - t0);
         let determinant = d1.perp_dot(d2);
-        let (dp_du, dp_dv) = ((e1 * d2.y - e2 * d1.y) / determinant, (e2 * d1.x - e1 * d2.x) / determinant);
+        let scale = determinant.recip();
+        let (dp_du, dp_dv) = ((e1 * d2.y - e2 * d1.y) * scale, (e2 * d1.x - e1 * d2.x) * scale);
         if dp_du.is_finite() && dp_dv.is_finite() {
             return (dp_du, dp_dv);
         }
-        let frame = Frame::from_normal(cross(corners).normalize_or(DVec3::Z).as_vec3());
+        let frame = Frame::from_normal(self.face(triangle).n);
         (frame.s, frame.t)
     }
 }
@@ -128,6 +155,7 @@ pub(super) fn cross([p0, p1, p2]: [Vec3; 3]) -> DVec3 {
 }
 
 /// b0 x0 + b1 x1 + b2 x2.
+#[inline]
 fn interpolate<T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(x: &[T], index: [u32; 3], b: [f32; 3]) -> T {
     let [x0, x1, x2] = index.map(|i| x[i as usize]);
     x0 * b[0] + x1 * b[1] + x2 * b[2]
@@ -144,7 +172,7 @@ impl Geometry for Mesh {
     }
 
     fn area_of(&self, primitive: u32) -> f32 {
-        self.triangles_of(primitive).map(|(_, corners)| (0.5 * cross(corners).length()) as f32).sum()
+        self.patch_area(primitive)
     }
 
     /// Meshes are met by the accelerator.
@@ -152,6 +180,7 @@ impl Geometry for Mesh {
         None
     }
 
+    #[inline]
     fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let point = self.point(hit.primitive, Vec2::new(hit.u, hit.v));
         let (dp_du, dp_dv) = self.tangents(hit.primitive);
@@ -163,8 +192,7 @@ impl Geometry for Mesh {
     }
 
     fn pdf_direction(&self, primitive: u32, from: Vec3, at: &Interaction) -> f32 {
-        let by_area = || super::sample::pdf_direction_by_area(self.area_of(primitive), from, at);
-        self.patch_pdf(primitive, from).unwrap_or_else(by_area)
+        self.patch_pdf(primitive, from, at)
     }
 
     fn sample_direction(&self, primitive: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {

@@ -200,6 +200,6 @@ impl Shape {
     /// The surface at a hit that was seen through an instance.
     pub fn interaction_through(&self, to_world: &Transform, ray: &Ray, hit: &Hit) -> Interaction {
         let local = Ray { o: to_world.inverse_point(ray.o), d: to_world.inverse_vector(ray.d), ..*ray };
-        Interaction { wo: -ray.d.normalize(), ..self.interaction(&local, hit).moved(to_world) }
+        Interaction { wo: -ray.d, ..self.interaction(&local, hit).moved(to_world) }
     }
 }

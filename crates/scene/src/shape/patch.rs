@@ -1,23 +1,42 @@
 //! Drawing points on meshes. A *patch* is what light samplers choose among: one triangle, or two that make a flat quadrilateral.
 //!
-//! Seen large enough a patch is drawn uniformly in its solid angle Ω, with density 1/Ω: a rectangle as a whole [Ureña, Fajardo, King 2013], else
-//! one of its triangles [Arvo 1995]. Below [`MIN_SOLID_ANGLE`] it is drawn by area, where the two hardly differ.
+//! Seen from nearby a patch is drawn uniformly in its solid angle Ω, with density 1/Ω: a rectangle as a whole [Ureña, Fajardo, King 2013], else
+//! one of its triangles [Arvo 1995]. From further away it is drawn by area: there the two hardly differ, and area costs a tenth. Which of them
+//! it is hangs on the patch and the place it is seen from alone, so a density can be told of any point ([`Mesh::patch_seen`]).
 
 use super::mesh::{Mesh, cross};
 use super::{SurfacePoint, sample};
+use crate::interaction::Interaction;
 use etendue_numerics::math::ONE_MINUS_EPSILON;
 use etendue_numerics::warp::{SphericalRectangle, SphericalTriangle, square_to_triangle};
 use etendue_numerics::{Vec2, Vec3};
 use glam::DVec3;
 
-/// Solid angle, sr, below which a patch is drawn by area.
+/// Distance from a patch's middle, in radii of the sphere around it, beyond which it is drawn by area. Over such a patch 1/d² varies by a factor of
+/// 2.8 at most.
+const NEAR: f32 = 4.0;
+
+/// Solid angle, sr, below which a patch is drawn by area even from nearby: edge-on.
 const MIN_SOLID_ANGLE: f32 = 3e-5;
 
 /// Two triangles with an edge in common, on either side of it, in one plane.
 #[derive(Clone, Debug)]
 pub(super) struct Quad {
-    /// A corner and the two edges from it, where the quadrilateral is a rectangle.
-    rectangle: Option<[Vec3; 3]>,
+    middle: Vec3,
+    radius2: f32,
+    area: f32,
+    rectangle: Option<Rectangle>,
+}
+
+/// Two triangles that make a rectangle: (x, s, t) and (y, t, s) with y across from x.
+#[derive(Clone, Copy, Debug)]
+struct Rectangle {
+    /// x.
+    corner: Vec3,
+    /// s - x and t - x.
+    edges: [Vec3; 2],
+    /// Which corners of the first triangle are x, s, t, and which of the second y, s, t.
+    places: [[usize; 3]; 2],
 }
 
 impl Quad {
@@ -42,71 +61,135 @@ impl Quad {
         let (ex, ey) = (s - x, t - x);
         let size = ex.length() * ey.length();
         let right = ex.dot(ey).abs() <= 1e-6 * size && (x + ex + ey - y).length() <= 1e-6 * (ex.length() + ey.length());
-        Some(Self { rectangle: right.then_some([x, ex, ey]) })
+        let s_of_b = if b[(j + 1) % 3] == s { (j + 1) % 3 } else { (j + 2) % 3 };
+        let places = [[*i, (i + 1) % 3, (i + 2) % 3], [*j, s_of_b, 3 - j - s_of_b]];
+
+        let (middle, radius2) = sphere_around(&[x, y, s, t]);
+        let area = triangle_area(a) + triangle_area(b);
+        let rectangle = right.then_some(Rectangle { corner: x, edges: [ex, ey], places });
+        Some(Self { middle, radius2, area, rectangle })
+    }
+}
+
+impl Rectangle {
+    fn seen_from(&self, from: Vec3) -> Option<SphericalRectangle> {
+        SphericalRectangle::new(self.corner - from, self.edges[0], self.edges[1])
+    }
+
+    /// The triangle at `corner` + u · `edges`, and barycentrics (b1, b2) in it.
+    #[inline]
+    fn locate(&self, u: Vec2) -> (u32, Vec2) {
+        let second = u.x + u.y > 1.0;
+        let weights = if second { [u.x + u.y - 1.0, 1.0 - u.y, 1.0 - u.x] } else { [1.0 - u.x - u.y, u.x, u.y] };
+        let mut b = [0.0; 3];
+        self.places[usize::from(second)].into_iter().zip(weights).for_each(|(place, weight)| b[place] = weight);
+        (u32::from(second), Vec2::new(b[1], b[2]))
+    }
+}
+
+/// A patch seen large: what it looks like from there.
+enum Seen {
+    Rectangle(Rectangle, SphericalRectangle),
+    Triangle(u32, SphericalTriangle),
+    /// Two triangles, Ω of each.
+    Two([f32; 2]),
+}
+
+impl Seen {
+    /// Ω, sr.
+    fn solid_angle(&self) -> f32 {
+        match self {
+            Self::Rectangle(_, seen) => seen.solid_angle(),
+            Self::Triangle(_, seen) => seen.solid_angle(),
+            Self::Two([a, b]) => a + b,
+        }
     }
 }
 
 impl Mesh {
-    /// The triangles of a patch.
-    pub(super) fn triangles_of(&self, patch: u32) -> impl Iterator<Item = (u32, [Vec3; 3])> {
-        let range = if self.quad.is_some() { 0..2 } else { patch..patch + 1 };
-        range.map(|i| (i, self.corners(self.indices[i as usize])))
+    /// Area of a patch, m².
+    pub(super) fn patch_area(&self, patch: u32) -> f32 {
+        match &self.quad {
+            Some(quad) => quad.area,
+            None => triangle_area(self.corners(self.indices[patch as usize])),
+        }
     }
 
-    /// Ω of a patch, sr.
-    fn solid_angle(&self, patch: u32, from: Vec3) -> f32 {
-        self.triangles_of(patch).map(|(_, corners)| solid_angle(corners, from)).sum()
+    /// What a patch looks like from `from`, where it is drawn by solid angle; `None` where it is drawn by area.
+    #[inline]
+    fn patch_seen(&self, patch: u32, from: Vec3) -> Option<Seen> {
+        let (middle, radius2) = match &self.quad {
+            Some(quad) => (quad.middle, quad.radius2),
+            None => sphere_around(&self.corners(self.indices[patch as usize])),
+        };
+        if (middle - from).length_squared() > NEAR * NEAR * radius2 {
+            return None;
+        }
+        self.patch_from_nearby(patch, from).filter(|seen| seen.solid_angle() >= MIN_SOLID_ANGLE)
     }
 
-    /// The density at `from`, 1/sr; `None` where the patch is drawn by area.
-    pub(super) fn patch_pdf(&self, patch: u32, from: Vec3) -> Option<f32> {
-        let solid_angle = self.solid_angle(patch, from);
-        (solid_angle >= MIN_SOLID_ANGLE).then(|| 1.0 / solid_angle)
+    fn patch_from_nearby(&self, patch: u32, from: Vec3) -> Option<Seen> {
+        match &self.quad {
+            None => Some(Seen::Triangle(patch, spherical(self.corners(self.indices[patch as usize]), from)?)),
+            Some(Quad { rectangle: Some(rectangle), .. }) => Some(Seen::Rectangle(*rectangle, rectangle.seen_from(from)?)),
+            Some(_) => Some(Seen::Two([0, 1].map(|i: usize| solid_angle(self.corners(self.indices[i]), from)))),
+        }
+    }
+
+    /// The density of [`Mesh::patch_by_direction`] at the point `at`, 1/sr.
+    #[inline]
+    pub(super) fn patch_pdf(&self, patch: u32, from: Vec3, at: &Interaction) -> f32 {
+        match self.patch_seen(patch, from) {
+            Some(seen) => 1.0 / seen.solid_angle(),
+            None => sample::pdf_direction_by_area(self.patch_area(patch), from, at),
+        }
     }
 
     /// A point uniform by area.
     pub(super) fn patch_by_area(&self, patch: u32, u: Vec2) -> SurfacePoint {
-        let area: f32 = self.triangles_of(patch).map(|(_, corners)| triangle_area(corners)).sum();
+        let area = self.patch_area(patch);
         let pdf_a = if area > 0.0 { 1.0 / area } else { 0.0 };
-        if let Some(Quad { rectangle: Some([corner, ex, ey]) }) = &self.quad {
-            // Straight down onto the point, to learn in which triangle it lies.
-            let down = ex.cross(*ey).normalize_or_zero() * ex.length();
-            return SurfacePoint { pdf_a, ..self.point_towards(corner + ex * u.x + ey * u.y - down, down) };
+        if let Some(Quad { rectangle: Some(rectangle), .. }) = &self.quad {
+            let (triangle, bary) = rectangle.locate(u);
+            return SurfacePoint { pdf_a, ..self.point(triangle, bary) };
         }
-        let (triangle, u) = self.choose(patch, u, triangle_area);
+        let (triangle, u) = self.choose(patch, u, |i| triangle_area(self.corners(self.indices[i])));
         let [_, b1, b2] = square_to_triangle(u);
         SurfacePoint { pdf_a, ..self.point(triangle, Vec2::new(b1, b2)) }
     }
 
-    /// A point in a direction uniform in the patch's solid angle, with its density at `from`, 1/sr.
+    /// A point by solid angle from nearby, by area from further away, with its density at `from`, 1/sr.
     pub(super) fn patch_by_direction(&self, patch: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {
-        let Some(pdf_w) = self.patch_pdf(patch, from) else {
+        let Some(seen) = self.patch_seen(patch, from) else {
             return sample::sample_direction_by_area(self.patch_by_area(patch, u), from);
         };
-        if let Some(Quad { rectangle: Some([corner, ex, ey]) }) = &self.quad
-            && let Some(rectangle) = SphericalRectangle::new(corner - from, *ex, *ey)
-        {
-            return Some((self.point_towards(from, rectangle.sample(u)), pdf_w));
-        }
-        let (triangle, u) = self.choose(patch, u, |corners| solid_angle(corners, from));
-        let corners = self.corners(self.indices[triangle as usize]);
-        let w = spherical(corners, from)?.sample(u);
-        Some((self.point(triangle, barycentrics(corners, from, w).0), pdf_w))
-    }
-
-    /// The point of a quadrilateral in direction `w` from `from`.
-    fn point_towards(&self, from: Vec3, w: Vec3) -> SurfacePoint {
-        let [a, b] = [0, 1].map(|i: usize| barycentrics(self.corners(self.indices[i]), from, w));
-        // On the common edge both are as good; rounding may put the point a hair outside of either.
-        if a.1 >= b.1 { self.point(0, a.0) } else { self.point(1, b.0) }
+        let pdf_w = 1.0 / seen.solid_angle();
+        let in_triangle = |triangle: u32, seen: &SphericalTriangle, u: Vec2| {
+            self.point(triangle, barycentrics(self.corners(self.indices[triangle as usize]), from, seen.sample(u)))
+        };
+        let point = match seen {
+            Seen::Rectangle(rectangle, seen) => {
+                let from_corner = seen.sample(u) - (rectangle.corner - from);
+                let along = rectangle.edges.map(|e| (from_corner.dot(e) / e.length_squared()).clamp(0.0, 1.0));
+                let (triangle, bary) = rectangle.locate(Vec2::from(along));
+                self.point(triangle, bary)
+            }
+            Seen::Triangle(triangle, seen) => in_triangle(triangle, &seen, u),
+            Seen::Two(solid_angles) => {
+                let (triangle, u) = self.choose(patch, u, |i| solid_angles[i]);
+                let seen = spherical(self.corners(self.indices[triangle as usize]), from)?;
+                in_triangle(triangle, &seen, u)
+            }
+        };
+        Some((point, pdf_w))
     }
 
     /// One triangle of a patch, chosen in proportion to `weight`, and `u` made uniform again.
-    fn choose(&self, patch: u32, u: Vec2, weight: impl Fn([Vec3; 3]) -> f32) -> (u32, Vec2) {
+    fn choose(&self, patch: u32, u: Vec2, weight: impl Fn(usize) -> f32) -> (u32, Vec2) {
         if self.quad.is_none() {
             return (patch, u);
         }
-        let [a, b] = [0, 1].map(|i: usize| weight(self.corners(self.indices[i])));
+        let [a, b] = [0, 1].map(weight);
         let first = a / (a + b);
         if u.x < first || b == 0.0 {
             (0, Vec2::new((u.x / first).min(ONE_MINUS_EPSILON), u.y))
@@ -114,6 +197,13 @@ impl Mesh {
             (1, Vec2::new(((u.x - first) / (1.0 - first)).clamp(0.0, ONE_MINUS_EPSILON), u.y))
         }
     }
+}
+
+/// A point in the midst of some corners, and the square of the greatest distance from it.
+#[inline]
+fn sphere_around(corners: &[Vec3]) -> (Vec3, f32) {
+    let middle = corners.iter().sum::<Vec3>() / corners.len() as f32;
+    (middle, corners.iter().map(|c| (*c - middle).length_squared()).fold(0.0, f32::max))
 }
 
 /// Area of a triangle, m².
@@ -132,18 +222,15 @@ fn solid_angle(corners: [Vec3; 3], from: Vec3) -> f32 {
     spherical(corners, from).map_or(0.0, |t| t.solid_angle())
 }
 
-/// Barycentrics (b1, b2) of the point of the triangle in direction `w` from `from`, moved into the triangle where they lay outside, and the smallest
-/// of the three before that.
-fn barycentrics(corners: [Vec3; 3], from: Vec3, w: Vec3) -> (Vec2, f64) {
+/// Barycentrics (b1, b2) of the point of the triangle in direction `w` from `from`, moved into the triangle where rounding left it.
+fn barycentrics(corners: [Vec3; 3], from: Vec3, w: Vec3) -> Vec2 {
     let [a, b, c] = corners.map(|p| p.as_dvec3() - from.as_dvec3());
     let w = w.as_dvec3();
     let weights = DVec3::new(w.dot(b.cross(c)), w.dot(c.cross(a)), w.dot(a.cross(b)));
-    let weights = weights / weights.element_sum();
-    let inside = weights.max(DVec3::ZERO);
+    let inside = (weights / weights.element_sum()).max(DVec3::ZERO);
     let inside = inside / inside.element_sum();
     // Edge-on nothing tells where: the middle is as good a point as any.
-    let bary = if inside.is_finite() { Vec2::new(inside.y as f32, inside.z as f32) } else { Vec2::splat(1.0 / 3.0) };
-    (bary, weights.min_element())
+    if inside.is_finite() { Vec2::new(inside.y as f32, inside.z as f32) } else { Vec2::splat(1.0 / 3.0) }
 }
 
 #[cfg(test)]
