@@ -74,14 +74,16 @@ struct Part<'a> {
 }
 
 /// Builds the tree of `references[..count]` into `nodes`, root first; the rest of `references` is room for duplicates.
+/// `depth` is how far down the root itself stands, 0 but in tests.
 pub(crate) fn build(
     references: &mut [Reference],
     count: usize,
     nodes: &mut [BinaryNode],
     extent: Extent,
+    depth: u32,
     context: &Context,
 ) -> Costs {
-    subtree(Part { references, count, nodes, first_reference: 0, first_node: 0 }, extent, 0, context)
+    subtree(Part { references, count, nodes, first_reference: 0, first_node: 0 }, extent, depth, context)
 }
 
 fn subtree(part: Part, extent: Extent, depth: u32, context: &Context) -> Costs {

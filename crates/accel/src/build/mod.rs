@@ -173,7 +173,7 @@ impl<'a> Builder<'a> {
                 total: count,
                 progress,
             };
-            let costs = binary::build(&mut references, count, &mut nodes, extent, &context);
+            let costs = binary::build(&mut references, count, &mut nodes, extent, 0, &context);
             bounds = instance::bounds((nodes[0].lo, nodes[0].hi));
             cost = if nodes[0].half_area() > 0.0 { costs.cost[0] / nodes[0].half_area() } else { 0.0 };
             tree = emit::emit(&nodes, &references, &items);

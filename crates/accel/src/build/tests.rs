@@ -91,3 +91,40 @@ fn progress_ends_at_one() {
     let heard = heard.into_inner().expect("no panic elsewhere");
     assert!(heard.len() > 2 && heard.last() == Some(&1.0) && heard.iter().all(|x| (0.0..=1.0).contains(x)));
 }
+
+/// Triangles that grow by a constant factor tempt the heuristic to split off one after the other: the depth stays bounded.
+#[test]
+fn depth_is_bounded() {
+    let size = |k: u32| 1.15_f32.powi(k as i32 - 500);
+    let positions: Vec<Vec3> = (0..1000).flat_map(|k| [Vec3::X, Vec3::Y, Vec3::Z].map(|p| size(k) * (p + 1.0))).collect();
+    let indices: Vec<[u32; 3]> = (0..1000).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+    let owners = Owners::new(std::iter::once(1000));
+    let meshes = [TriangleMesh { positions: &positions, indices: &indices, geometry: 0 }];
+    let items = Items { meshes: &meshes, owners };
+    let deepest = |start: u32| {
+        let mut references: Vec<Reference> = (0..1000).filter_map(|i| triangle_reference(items.corners(i)?, i)).collect();
+        let count = references.len();
+        let mut nodes = vec![BinaryNode::NONE; 2 * count];
+        let extent = split::Extent::of(&references);
+        let context = Context {
+            items: &items,
+            root_area: extent.bounds.half_area(),
+            spatial: false,
+            done: AtomicUsize::new(0),
+            total: count,
+            progress: &|_| {},
+        };
+        binary::build(&mut references, count, &mut nodes, extent, start, &context);
+        let (mut waiting, mut deepest) = (vec![(0_usize, start as usize)], 0);
+        while let Some((n, depth)) = waiting.pop() {
+            deepest = deepest.max(depth);
+            if nodes[n].reference().is_none() {
+                waiting.extend([(n + 1, depth + 1), (nodes[n].link as usize, depth + 1)]);
+            }
+        }
+        deepest
+    };
+    // left alone it goes down far; where it starts far down, as a part of a larger tree, it has to make do with what is left
+    assert!(deepest(0) > 20, "{}", deepest(0));
+    assert!(deepest(46) <= binary::MAX_DEPTH, "{}", deepest(46));
+}

@@ -12,8 +12,9 @@
 //! sheared mesh therefore meets the rounded one: nothing slips through a shared edge or corner. That needs products and differences
 //! rounded one by one: no fused multiply-add here.
 //!
-//! The distance comes from the plane through the triangle, t = n·a / n·d with n = (b - a) × (c - a) / (U + V + W): near a large wall that is far more
-//! accurate than weighing the corners' distances. Here fused multiply-adds are welcome, and called by name. The distance is clamped to the corners', which keeps it sound where the triangle is seen edge-on.
+//! The distance comes from the plane through the triangle, t = n·a / n·d with n = (b - a) × (c - a) / (U + V + W): near a large wall that is
+//! far more accurate than weighing the corners' distances. It is clamped to those, which keeps it sound where the triangle is seen
+//! edge-on. Fused multiply-adds are welcome here, and called by name.
 
 use super::setup::Setup;
 use super::{Kernel, LaneHit, Nearest};
