@@ -247,7 +247,27 @@ impl Slot {
     #[inline]
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
         let Some(frame) = &self.frame else { return self.lobe.sample(wo, u1, u2) };
-        let mut s = self.lobe.sample(frame.to_local(wo)?, u1, u2)?;
+        let s = self.lobe.sample(frame.to_local(wo)?, u1, u2)?;
+        Self::outer(frame, wo, s)
+    }
+
+    /// The Dirac directions of the lobe, with w_k.
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        let Some(local) = self.local(wo) else { return };
+        self.lobe.diracs(local, &mut |s| {
+            let s = match &self.frame {
+                Some(frame) => Self::outer(frame, wo, s),
+                None => Some(s),
+            };
+            if let Some(s) = s {
+                found(BsdfSample { weight: s.weight * self.weight, ..s });
+            }
+        });
+    }
+
+    /// A sample in the lobe's frame as one in the shading frame, where `wo` is.
+    #[inline]
+    fn outer(frame: &Perturbation, wo: Vec3, mut s: BsdfSample) -> Option<BsdfSample> {
         if s.event.has_null() {
             s.wi = -wo;
         } else {
@@ -301,6 +321,12 @@ impl Scatter for Bsdf {
                 Some(s)
             }
             None => self.sample_sum(wo, u1, u2),
+        }
+    }
+
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        if self.events.has_delta() {
+            self.lobes().for_each(|slot| slot.diracs(wo, found));
         }
     }
 

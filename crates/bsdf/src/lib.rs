@@ -66,6 +66,10 @@ pub trait Scatter {
     /// A direction for the uniform numbers `u1` (which part) and `u2` (where), all in [0, 1); `None` where the light is absorbed.
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample>;
 
+    /// Hands over each Dirac direction with all that it carries as its weight, as if it were the only choice (probability 1): what
+    /// [`Scatter::sample`] draws by chance, a tree of rays follows in full. Directions that carry nothing are left out.
+    fn diracs(&self, _wo: Vec3, _found: &mut dyn FnMut(BsdfSample)) {}
+
     /// Both [`Scatter::eval`] and [`Scatter::pdf`], for less than the price of two: next event estimation asks for both.
     #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {

@@ -49,6 +49,10 @@ macro_rules! lobes {
                 match self { $(Self::$name(lobe) => lobe.events(),)+ }
             }
 
+            fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+                match self { $(Self::$name(lobe) => lobe.diracs(wo, found),)+ }
+            }
+
             fn albedo(&self, wo: Vec3) -> Spectrum {
                 match self { $(Self::$name(lobe) => lobe.albedo(wo),)+ }
             }

@@ -68,6 +68,14 @@ pub fn weighted(wi: Vec3, weight: Spectrum, pdf: f32, eta: f32, event: Event) ->
     (pdf > 0.0 && pdf.is_finite() && weight.is_finite()).then_some(BsdfSample { wi, weight, pdf: Pdf::SolidAngle(pdf), eta, event })
 }
 
+/// Hands over a Dirac direction and all that it carries, if that is anything.
+#[inline]
+pub fn whole_dirac(wi: Vec3, weight: Spectrum, eta: f32, event: Event, found: &mut dyn FnMut(BsdfSample)) {
+    if !weight.is_zero() {
+        dirac(wi, weight, 1.0, eta, event).into_iter().for_each(found);
+    }
+}
+
 /// A Dirac sample chosen with probability `p`.
 #[inline]
 pub fn dirac(wi: Vec3, weight: Spectrum, p: f32, eta: f32, event: Event) -> Option<BsdfSample> {

@@ -89,6 +89,18 @@ impl Sampler {
         Self { kind, key, sample, count }
     }
 
+    /// Number `i` of `n` samples into which this one is divided: over all samples they are one point set of n times as many, so that the
+    /// parts of each sample are stratified, too. Dimensions that are drawn from the parts must not be drawn from the whole.
+    #[inline]
+    pub fn part(&self, i: u32, n: u32) -> Self {
+        let mirrored = self.kind == SequenceKind::Sobol;
+        let sample = if mirrored { self.sample.reverse_bits() } else { self.sample };
+        let index = u64::from(sample) * u64::from(n) + u64::from(i);
+        // What has no room in 32 bits goes on in another set.
+        let key = if index >> 32 == 0 { self.key } else { mix(self.key ^ mix(index >> 32)) };
+        Self::keyed(self.kind, key, index as u32, self.count.saturating_mul(n))
+    }
+
     /// A uniform number in [0, 1). Not to be drawn together with [`Sampler::u2`] of the same dimension.
     #[inline]
     pub fn u1(&self, dim: Dim) -> f32 {

@@ -47,6 +47,27 @@ fn sobol_points_are_nets() {
     assert!(!is_net(&points));
 }
 
+/// The parts of a pixel's samples are one point set, whatever they are counted by.
+#[test]
+fn parts_of_samples_are_nets() {
+    for (samples, parts) in [(1u32, 16u32), (4, 4), (8, 64)] {
+        let whole = |s| Sampler::new(SequenceKind::Sobol, 3, 9, s, samples);
+        let points: Vec<_> = (0..samples).flat_map(|s| (0..parts).map(move |i| whole(s).part(i, parts).u2(Dim(5)))).collect();
+        assert!(is_net(&points), "{samples} x {parts}");
+        // One sample's parts alone, too.
+        assert!(is_net(&points[points.len() - parts as usize..]), "{parts} of {samples}");
+    }
+    // Strata of the parts: one in each, over all samples.
+    let part = |i: u32| Sampler::new(SequenceKind::Stratified, 1, 5, i / 6, 10).part(i % 6, 6);
+    let mut cells: Vec<_> = (0..60).map(|i| (f64::from(part(i).u1(Dim(3))) * 60.0) as u32).collect();
+    cells.sort_unstable();
+    cells.dedup();
+    assert!(cells.len() >= 59, "{cells:?}");
+    // Where the numbers of parts run over 32 bits another set begins: pixels far apart do not meet in the same points.
+    let far = |x| Sampler::on_screen(SequenceKind::Sobol, 3, [x, 0], 0, 4).part(0, 1 << 20).u2(Dim(5));
+    assert_ne!(far(3), far(3 + 64));
+}
+
 #[test]
 fn strata_hold_one_sample_each() {
     for count in [1u32, 2, 7, 16, 100, 1000] {

@@ -3,7 +3,7 @@
 use crate::{
     BsdfSample, Event, Scatter,
     fresnel::{self, reflect_z},
-    local::{clean, dirac},
+    local::{clean, dirac, whole_dirac},
 };
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
@@ -65,6 +65,12 @@ impl Scatter for Conductor {
             return None;
         }
         dirac(reflect_z(wo), self.reflected(wo.z), 1.0, 1.0, Event::REFLECT)
+    }
+
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        if wo.z > 0.0 {
+            whole_dirac(reflect_z(wo), self.reflected(wo.z), 1.0, Event::REFLECT, found);
+        }
     }
 
     fn events(&self) -> Event {

@@ -5,7 +5,7 @@
 use crate::{
     BsdfSample, Event, Scatter,
     fresnel::{self, reflect_z},
-    local::{clean, clean_eta, dirac},
+    local::{clean, clean_eta, dirac, whole_dirac},
 };
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
@@ -61,6 +61,16 @@ impl Scatter for Dielectric {
             let wi = Vec3::new(-x.eta_ti * wo.x, -x.eta_ti * wo.y, x.cos_t);
             dirac(wi, self.transmittance, 1.0 - x.f, x.eta_it, Event::TRANSMIT)
         }
+    }
+
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        if wo.z == 0.0 {
+            return;
+        }
+        let x = fresnel::dielectric(wo.z, self.eta);
+        whole_dirac(reflect_z(wo), self.reflectance * x.f, 1.0, Event::REFLECT, found);
+        let wi = Vec3::new(-x.eta_ti * wo.x, -x.eta_ti * wo.y, x.cos_t);
+        whole_dirac(wi, self.transmittance * (1.0 - x.f), x.eta_it, Event::TRANSMIT, found);
     }
 
     fn events(&self) -> Event {

@@ -20,6 +20,10 @@ impl Scatter for Null {
         dirac(-wo, Spectrum::ONE, 1.0, 1.0, Event::NULL)
     }
 
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        dirac(-wo, Spectrum::ONE, 1.0, 1.0, Event::NULL).into_iter().for_each(found);
+    }
+
     fn events(&self) -> Event {
         Event::NULL | Event::DELTA
     }

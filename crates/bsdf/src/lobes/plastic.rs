@@ -6,7 +6,7 @@
 use crate::{
     BsdfSample, Event, Scatter,
     fresnel::{self, diffuse_average, reflect_z},
-    local::{clean, clean_eta, cosine_pdf, cosine_sample, dirac, mean, smooth},
+    local::{clean, clean_eta, cosine_pdf, cosine_sample, dirac, mean, smooth, whole_dirac},
 };
 use etendue_numerics::{
     Spectrum, Vec2, Vec3,
@@ -125,6 +125,12 @@ impl Scatter for Plastic {
         } else {
             let wi = cosine_sample(u2)?;
             smooth(wi, self.base.f * (t * self.enters(wi.z)), (1.0 - p) * cosine_pdf(wi), 1.0, Event::REFLECT | Event::DIFFUSE)
+        }
+    }
+
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        if wo.z > 0.0 {
+            whole_dirac(reflect_z(wo), self.base.specular * (1.0 - self.enters(wo.z)), 1.0, Event::REFLECT, found);
         }
     }
 

@@ -6,7 +6,7 @@ use super::DielectricParams;
 use crate::{
     BsdfSample, Event, Scatter,
     fresnel::{self, reflect_z},
-    local::{clean, clean_eta, dirac},
+    local::{clean, clean_eta, dirac, whole_dirac},
 };
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
@@ -50,6 +50,11 @@ impl Scatter for ThinDielectric {
         } else {
             dirac(-wo, self.transmittance, 1.0 - r, 1.0, Event::NULL)
         }
+    }
+
+    fn diracs(&self, wo: Vec3, found: &mut dyn FnMut(BsdfSample)) {
+        whole_dirac(reflect_z(wo), self.reflectance * self.reflected(wo), 1.0, Event::REFLECT, found);
+        whole_dirac(-wo, self.transparency(wo), 1.0, Event::NULL, found);
     }
 
     fn events(&self) -> Event {

@@ -1,9 +1,9 @@
 //! `weight`, `pdf`, `eval`, `eta` and `event` of one sample tell the same story.
 
 use crate::{directions, models};
-use etendue_bsdf::{Event, Scatter};
+use etendue_bsdf::{BsdfSample, Event, Scatter};
 use etendue_check::rng;
-use etendue_numerics::Pdf;
+use etendue_numerics::{Pdf, Vec2};
 
 #[test]
 fn a_sample_agrees_with_eval_and_pdf() {
@@ -38,6 +38,38 @@ fn a_sample_agrees_with_eval_and_pdf() {
                         }
                     }
                 }
+            }
+        }
+    }
+}
+
+/// What `sample` draws by chance and `diracs` hands over whole is the same light: each drawn direction is among those handed over, and with
+/// u1 on a fine comb Σ weight · p over the draws of a direction is its share of the whole.
+#[test]
+fn all_dirac_directions_together_are_what_is_sampled() {
+    const COMB: u32 = 4096;
+    for row in models::rows() {
+        for wo in directions() {
+            let mut whole: Vec<(BsdfSample, f64)> = Vec::new();
+            row.bsdf.diracs(wo, &mut |s| whole.push((s, 0.0)));
+            for s in (0..COMB).filter_map(|i| row.bsdf.sample(wo, (i as f32 + 0.5) / COMB as f32, Vec2::splat(0.5))) {
+                if !s.pdf.is_delta() {
+                    continue;
+                }
+                let known = whole.iter_mut().find(|(d, _)| d.wi == s.wi && d.event == s.event && d.eta == s.eta);
+                let Some((_, sum)) = known else { panic!("{} from {wo}: {s:?} is not handed over", row.name) };
+                *sum += f64::from(s.weight[0]) / f64::from(COMB);
+            }
+            // Lobes with the same direction are told apart by nobody.
+            for (s, _) in &whole {
+                let same = || whole.iter().filter(|(d, _)| d.wi == s.wi && d.event == s.event);
+                let (want, got): (f64, f64) = (same().map(|(d, _)| f64::from(d.weight[0])).sum(), same().map(|(_, x)| x).sum());
+                assert!(
+                    (want - got).abs() < 4.0 / f64::from(COMB) * want.max(1.0) + 1e-5,
+                    "{} from {wo}: {want} {got} {s:?}",
+                    row.name
+                );
+                assert!(s.pdf == Pdf::Delta(1.0) && s.event.has_delta(), "{}", row.name);
             }
         }
     }
