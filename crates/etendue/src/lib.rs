@@ -5,7 +5,7 @@
 //! reads arguments and prints.
 //!
 //! ```
-//! let loaded = etendue::load("furnace", &etendue::LoadOptions { size: Some([8, 8]), ..Default::default() }).unwrap();
+//! let loaded = etendue::load("furnace", &etendue::LoadOptions { width: Some(8), ..Default::default() }).unwrap();
 //! let watch = etendue::Watch::default();
 //! let options = etendue::RenderOptions { stop: Some(etendue::Stop::Samples(4)), ..Default::default() };
 //! let rendering = etendue::render(&loaded, &options, &watch).unwrap();
@@ -14,13 +14,19 @@
 //! ```
 
 pub mod builtin;
+mod choice;
+mod digest;
+mod layers;
 pub mod load;
 pub mod memory;
+mod pool;
 pub mod render;
 pub mod stats;
 
+pub use choice::check_solver_name;
 pub use etendue_image::{Curve, Image, Picture, ToneMap};
 pub use etendue_solvers::{SOLVERS, Stop, Stopped};
 pub use load::{LoadError, LoadOptions, Loaded, load};
-pub use render::{RenderError, RenderOptions, Rendering, Watch, render};
+pub use pool::cores;
+pub use render::{Listener, RenderError, RenderOptions, Rendering, Watch, render};
 pub use stats::Stats;

@@ -6,5 +6,6 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    cli::speak_of_panics();
     cli::run(cli::Arguments::parse())
 }

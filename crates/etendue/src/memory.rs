@@ -1,5 +1,59 @@
 //! Memory: what a picture will take, what there is, what was taken.
 
+use crate::render::RenderError;
+use etendue_film::Replicates;
+use etendue_solvers::Stop;
+
+/// What a render holds besides its scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Need {
+    /// Pixels of the picture.
+    pub size: [u32; 2],
+    /// When it stops: a noise target needs replicates.
+    pub stop: Stop,
+    /// Bytes of the finished layers, per pixel.
+    pub layer_bytes: u64,
+    /// Whether checkpoints are made.
+    pub checkpoints: bool,
+}
+
+impl Need {
+    /// Bytes of exact sums per pixel: three channels and a weight of 16 bytes each.
+    const SUMS: u64 = 4 * 16;
+    /// Bytes per pixel while the picture is developed and written: f32 colours, as many again shown on a display, and the file.
+    const PICTURES: u64 = 4 * 12;
+    /// Bytes per pixel of a checkpoint: a copy of the sums, and its encoding (a growing buffer of up to 19 bytes a sum, twice).
+    const CHECKPOINT: u64 = Self::SUMS + 2 * 4 * 19;
+
+    /// The most bytes that are held at one time.
+    pub fn bytes(&self) -> u64 {
+        let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
+        let checkpoint = if self.checkpoints { Self::CHECKPOINT } else { 0 };
+        // Films and finished pictures are not held together, but for the layers.
+        let rendering = Self::SUMS + self.layer_bytes + checkpoint.max(12);
+        let writing = Self::PICTURES + 2 * self.layer_bytes;
+        let replicates = match self.stop {
+            Stop::Noise { .. } => pixels.min(Replicates::TRACKED) * 24 * Replicates::K as u64,
+            _ => 0,
+        };
+        pixels.saturating_mul(rendering.max(writing)) + replicates
+    }
+
+    /// Refuses what cannot fit, before anything is begun.
+    pub(crate) fn check(&self) -> Result<(), RenderError> {
+        match available() {
+            Some(available) if self.bytes() > available => Err(RenderError(format!(
+                "a picture of {} x {} pixels takes {}, and {} can be had\n  help: make it smaller with --width and --height",
+                self.size[0],
+                self.size[1],
+                human(self.bytes()),
+                human(available)
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// The most memory that the process has held, bytes; zero where the system does not tell.
 pub fn peak() -> u64 {
     proc_field("/proc/self/status", "VmHWM:").unwrap_or(0)

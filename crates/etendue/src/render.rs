@@ -1,21 +1,28 @@
 //! Renders a loaded scene.
 
+use crate::choice::{Choice, choose};
+use crate::digest::Digest;
 use crate::load::Loaded;
-use crate::memory;
+use crate::memory::{self, Need};
 use crate::stats::Stats;
-use etendue_description::nearest;
-use etendue_film::{Film, FilmShape, NonFinite, Replicates};
+use crate::{layers, pool};
+use etendue_film::{Film, FilmShape, NonFinite};
 use etendue_image::{Image, Layer, Picture};
 use etendue_numerics::SequenceKind;
-use etendue_solvers::aov::{Aov, Quantity};
-use etendue_solvers::{AnySolver, CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, SOLVERS, Stop, Stopped};
+use etendue_scene::View;
+use etendue_solvers::aov::Quantity;
+use etendue_solvers::{CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
 use std::fmt;
 use std::ops::RangeInclusive;
-use std::time::Duration;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
 /// How to render.
 #[derive(Clone, Debug, Default)]
 pub struct RenderOptions {
+    /// Which of the scene's views, 0 = the first.
+    pub view: usize,
     /// Solver name; the scene's own otherwise.
     pub solver: Option<String>,
     /// When to stop; after the scene's sample count otherwise.
@@ -38,6 +45,9 @@ pub struct RenderOptions {
     pub resume: Option<Box<Checkpoint>>,
 }
 
+/// Somebody who is told what happens.
+pub type Listener = Box<dyn Fn(Event<'_>) + Send + Sync>;
+
 /// The means to watch a render and to stop it.
 #[derive(Default)]
 pub struct Watch {
@@ -46,7 +56,7 @@ pub struct Watch {
     /// How far it is.
     pub progress: Progress,
     /// Told of passes, noise estimates and checkpoints.
-    pub events: Option<Box<dyn Fn(Event<'_>) + Send + Sync>>,
+    pub events: Option<Listener>,
 }
 
 /// A finished, or stopped, render.
@@ -60,6 +70,8 @@ pub struct Rendering {
     pub outcome: Outcome,
     /// Why the picture is black, if it is.
     pub black: Vec<String>,
+    /// The words of a panic that ended the render early; the picture holds what was rendered before.
+    pub failure: Option<String>,
 }
 
 impl Rendering {
@@ -81,44 +93,34 @@ impl fmt::Display for RenderError {
 
 impl std::error::Error for RenderError {}
 
-/// Solvers that are known by name and not there yet.
-const PLANNED: &[&str] =
-    &["whitted", "distribution", "light", "light-nee", "bidirectional", "photon-map", "metropolis", "radiosity", "auto"];
-
-/// Renders the first view of a scene.
+/// Renders a view of a scene.
 pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result<Rendering, RenderError> {
+    // All that can be refused is refused before the first ray.
     let scene = &loaded.scene;
-    let view = &scene.views[0];
-    let integrator = &scene.integrator;
-    let name = options.solver.as_deref().unwrap_or(&integrator.solver);
+    let view = view(loaded, options.view)?;
+    let choice = choose(options.solver.as_deref(), loaded)?;
+    let plans = layers::plan(loaded, &options.aovs)?;
     let shape = FilmShape { size: view.film.crop_size, kernel: view.film.filter };
     let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
-    enough_memory(shape.size, stop, options.aovs.len())?;
+    let layer_bytes = layers::bytes_per_pixel(&plans);
+    Need { size: shape.size, stop, layer_bytes, checkpoints: options.checkpoint_every.is_some() }.check()?;
 
-    let threads = options.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()
-        .map_err(|e| RenderError(format!("cannot start {threads} threads: {e}")))?;
-    let mut rules = PathRules::of(integrator);
-    if let Some(depth) = options.max_depth {
-        rules.max_edges = depth.unwrap_or(u32::MAX);
-    }
-    if let Some(bounces) = &options.bounces {
-        rules = rules.with_bounces(bounces.clone());
-    }
+    let pool = pool::pool(options.threads)?;
+    let rules = rules(loaded, options);
+    let sequence = options.sequence.unwrap_or_default();
+    let resumable = options.checkpoint_every.is_some() || options.resume.is_some();
     let silent = |_: Event<'_>| ();
     let events: &(dyn Fn(Event<'_>) + Sync) = match &watch.events {
         Some(events) => events,
         None => &silent,
     };
     let run = Run {
-        view: 0,
+        view: options.view,
         seed: options.seed.unwrap_or(view.sampler.seed),
-        sequence: options.sequence.unwrap_or_default(),
+        sequence,
         stop,
         rules,
-        digest: loaded.digest ^ digest(&rules),
+        digest: if resumable { digest(loaded, options.view, &rules, sequence) } else { 0 },
         pool: &pool,
         cancel: &watch.cancel,
         progress: &watch.progress,
@@ -127,26 +129,27 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
     };
 
     let film = Film::new(shape);
-    let (outcome, channels) = match Quantity::from_name(name).filter(|_| name == "depth") {
-        Some(quantity) => (aov(quantity, loaded, &run, &film)?, quantity.channels()),
-        None => {
-            let solver = AnySolver::new(name, integrator).ok_or_else(|| unknown_solver(name))?;
-            solver.needs().check(scene).map_err(|refusal| {
-                RenderError(format!(
-                    "`{name}` cannot render this scene: {}\n  help: try --solver {}",
-                    refusal.reason,
-                    refusal.instead.join(" or --solver ")
-                ))
-            })?;
-            let outcome = solver.render(scene, &run, &film, options.resume.as_deref()).map_err(|e| RenderError(e.to_string()))?;
-            (outcome, 3)
+    let resume = options.resume.as_deref();
+    let begun = Instant::now();
+    let (name, attempt) = match &choice {
+        Choice::Solver(solver) => (solver.name(), guarded(|| solver.render(scene, &run, &film, resume))),
+        Choice::Quantity(aov) => (aov.0.name(), guarded(|| etendue_solvers::render(aov, "aov", scene, &run, &film, resume))),
+    };
+    let (outcome, failure) = match attempt {
+        Ok(outcome) => (outcome.map_err(|e| RenderError(e.to_string()))?, None),
+        Err(words) => {
+            let passes = watch.progress.passes.load(Ordering::Relaxed) as u32;
+            (Outcome { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed() }, Some(words))
         }
     };
 
     let pixels = film.develop();
-    let mean = mean(&pixels);
     let (nonfinite, first) = film.dropped();
-    let layers = layers(loaded, &run, options, shape)?;
+    drop(film);
+    let mean = mean(&pixels);
+    let layers = if failure.is_some() { Vec::new() } else { layers::render(&plans, outcome.passes, loaded, &run, shape)? };
+    let black = if mean == [0.0; 3] { why_black(loaded, &rules) } else { Vec::new() };
+    let picture = picture(pixels, view.film.channels, shape.size, layers, words(loaded, name, &outcome, &run, view))?;
     let stats = Stats {
         software: software(),
         scene: loaded.name.clone(),
@@ -155,86 +158,105 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         height: shape.size[1],
         spp: outcome.passes,
         seed: run.seed,
-        threads,
+        threads: pool.current_num_threads(),
         load_seconds: loaded.read_time.as_secs_f64(),
         build_seconds: loaded.build_time.as_secs_f64(),
         render_seconds: outcome.elapsed.as_secs_f64(),
-        paths: watch.progress.paths.load(std::sync::atomic::Ordering::Relaxed),
-        rays: watch.progress.rays.load(std::sync::atomic::Ordering::Relaxed),
+        paths: watch.progress.paths.load(Ordering::Relaxed),
+        rays: watch.progress.rays.load(Ordering::Relaxed),
         peak_memory_bytes: memory::peak(),
         nonfinite_samples: nonfinite,
         nonfinite_first: first.iter().map(|NonFinite { pixel, sample }| [pixel[0], pixel[1], *sample]).collect(),
         triangles: scene.triangles,
         mean,
-        stopped: stopped_word(outcome.stopped).to_owned(),
+        stopped: if failure.is_some() { "failed" } else { stopped_word(outcome.stopped) }.to_owned(),
         noise_percent: outcome.noise.map(|n| <[f64; 3]>::from(n.percent())),
     };
-    let black = if mean == [0.0; 3] { scene.diagnose() } else { Vec::new() };
-    let picture = picture(&pixels, if channels == 3 { view.film.channels as usize } else { channels }, shape.size, layers, &stats)?;
-    Ok(Rendering { picture, stats, outcome, black })
+    Ok(Rendering { picture, stats, outcome, black, failure })
 }
 
-/// One quantity of the first surfaces, through the same filter as the picture.
-fn aov(quantity: Quantity, loaded: &Loaded, run: &Run<'_>, film: &Film) -> Result<Outcome, RenderError> {
-    etendue_solvers::render(&Aov(quantity), "aov", &loaded.scene, run, film, None).map_err(|e| RenderError(e.to_string()))
+fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> {
+    let count = loaded.scene.views.len();
+    loaded.scene.views.get(index).ok_or_else(|| {
+        let s = if count == 1 { "" } else { "s" };
+        RenderError(format!("there is no view {index}: the scene has {count} sensor{s}, counted from 0"))
+    })
 }
 
-/// Samples per pixel of a layer: enough for smooth edges.
-const LAYER_SAMPLES: u32 = 16;
-
-fn layers(loaded: &Loaded, run: &Run<'_>, options: &RenderOptions, shape: FilmShape) -> Result<Vec<Layer>, RenderError> {
-    let of_file = loaded.scene.integrator.aovs.iter();
-    let of_file = of_file.filter_map(|(name, what)| Some((name.clone(), Quantity::from_name(what)?)));
-    let asked = options.aovs.iter().map(|q| (q.name().to_owned(), *q));
-    let progress = Progress::default();
-    let cancel = CancelToken::default();
-    let quiet = Run {
-        stop: Stop::Samples(LAYER_SAMPLES),
-        progress: &progress,
-        cancel: &cancel,
-        events: &|_| (),
-        checkpoint_every: None,
-        ..*run
-    };
-    of_file
-        .chain(asked)
-        .map(|(name, quantity)| {
-            let film = Film::new(shape);
-            aov(quantity, loaded, &quiet, &film)?;
-            Ok(Layer { name, image: image(&film.develop(), quantity.channels(), shape.size)? })
-        })
-        .collect()
+fn rules(loaded: &Loaded, options: &RenderOptions) -> PathRules {
+    let mut rules = PathRules::of(&loaded.scene.integrator);
+    if let Some(depth) = options.max_depth {
+        rules.max_edges = depth.unwrap_or(u32::MAX);
+    }
+    match &options.bounces {
+        Some(bounces) => rules.with_bounces(bounces.clone()),
+        None => rules,
+    }
 }
 
+/// Runs `f`; a panic in it, on whatever thread of the pool, becomes its words.
+fn guarded<T>(f: impl FnOnce() -> T) -> Result<T, String> {
+    // What a panic leaves behind is looked at through the film alone, whose sums are whole at any time.
+    catch_unwind(AssertUnwindSafe(f)).map_err(|payload| panic_words(&*payload))
+}
+
+/// What a panic says.
+pub fn panic_words(payload: &(dyn std::any::Any + Send)) -> String {
+    let text = payload.downcast_ref::<String>().map(String::as_str).or_else(|| payload.downcast_ref::<&str>().copied());
+    text.unwrap_or("a panic without words").to_owned()
+}
+
+fn why_black(loaded: &Loaded, rules: &PathRules) -> Vec<String> {
+    let mut reasons = loaded.scene.diagnose();
+    if reasons.is_empty() && (rules.min_edges > 1 || rules.max_edges < u32::MAX) {
+        let most = if rules.max_edges == u32::MAX { "any number".to_owned() } else { rules.max_edges.to_string() };
+        reasons.push(format!(
+            "only paths of {} to {most} edges between eye and light count: 1 shows emitters, 2 adds direct light (--max-depth, --bounces)",
+            rules.min_edges
+        ));
+    }
+    reasons
+}
+
+/// The words for a picture's header: all that decides its pixels, and nothing that does not, so that equal renders are equal files.
+fn words(loaded: &Loaded, solver: &str, outcome: &Outcome, run: &Run<'_>, view: &View) -> Vec<(String, String)> {
+    let most = |n: u32| if n == u32::MAX { "unbounded".to_owned() } else { n.to_string() };
+    let mut words = vec![
+        ("software", software()),
+        ("scene", loaded.name.clone()),
+        ("solver", solver.to_owned()),
+        ("samples-per-pixel", outcome.passes.to_string()),
+        ("seed", run.seed.to_string()),
+        ("sampler", format!("{:?}", run.sequence).to_lowercase()),
+        ("filter", format!("{:?}", view.film.filter)),
+        ("max-depth", most(run.rules.max_edges)),
+    ];
+    if run.rules.min_edges > 1 {
+        words.push(("min-depth", run.rules.min_edges.to_string()));
+    }
+    if view.film.crop_size != view.film.size {
+        let ([w, h], [x, y]) = (view.film.size, view.film.crop_offset);
+        words.push(("crop", format!("from ({x}, {y}) of {w} x {h}")));
+    }
+    words.into_iter().map(|(name, word)| (name.to_owned(), word)).collect()
+}
+
+/// Three channels, or luminance alone.
 fn picture(
-    pixels: &[[f32; 3]],
-    channels: usize,
+    pixels: Vec<[f32; 3]>,
+    channels: u32,
     size: [u32; 2],
     layers: Vec<Layer>,
-    stats: &Stats,
+    attributes: Vec<(String, String)>,
 ) -> Result<Picture, RenderError> {
-    let words = [
-        ("software", stats.software.clone()),
-        ("scene", stats.scene.clone()),
-        ("solver", stats.solver.clone()),
-        ("samples-per-pixel", stats.spp.to_string()),
-        ("seed", stats.seed.to_string()),
-        ("render-seconds", format!("{:.3}", stats.render_seconds)),
-    ];
-    let attributes = words.into_iter().map(|(name, word)| (name.to_owned(), word)).collect();
-    Ok(Picture { image: image(pixels, channels, size)?, layers, attributes })
-}
-
-/// Three channels, two, or one: for a single channel of light, luminance; of other quantities, the first number.
-fn image(pixels: &[[f32; 3]], channels: usize, size: [u32; 2]) -> Result<Image, RenderError> {
-    let (width, height) = (size[0] as usize, size[1] as usize);
-    let names: &[&str] = match channels {
-        1 => &["Y"],
-        2 => &["U", "V"],
-        _ => &["R", "G", "B"],
+    let [width, height] = size.map(|n| n as usize);
+    let image = if channels == 1 {
+        let y = pixels.iter().map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect();
+        Image::from_data(width, height, &["Y"], y)
+    } else {
+        Image::rgb(width, height, pixels.into_flattened())
     };
-    let data = pixels.iter().flat_map(|p| p.iter().take(names.len()).copied()).collect();
-    Image::from_data(width, height, names, data).map_err(|e| RenderError(e.to_string()))
+    Ok(Picture { image: image.map_err(|e| RenderError(e.to_string()))?, layers, attributes })
 }
 
 fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
@@ -242,41 +264,12 @@ fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
     std::array::from_fn(|c| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / n)
 }
 
-fn unknown_solver(name: &str) -> RenderError {
-    let names = || SOLVERS.iter().map(|s| s.name);
-    if PLANNED.contains(&name) {
-        let known = names().collect::<Vec<_>>().join(", ");
-        return RenderError(format!("the solver `{name}` is not there yet\n  help: solvers that are: {known}"));
-    }
-    let mut words = format!("no solver is called `{name}`");
-    if let Some(near) = nearest(name, names().chain(PLANNED.iter().copied())) {
-        words += &format!("\n  help: did you mean `{near}`?");
-    }
-    RenderError(words + &format!("\n  help: solvers: {}", names().collect::<Vec<_>>().join(", ")))
-}
-
-/// Refuses what cannot fit, before anything is begun.
-fn enough_memory(size: [u32; 2], stop: Stop, layers: usize) -> Result<(), RenderError> {
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    // Sums, the developed picture, its tone-mapped copy, and the bytes of a file, with as much again for each layer.
-    let pictures = 4 * 12 * pixels;
-    let replicates = if matches!(stop, Stop::Noise { .. }) { Replicates::TRACKED * 24 * Replicates::K as u64 } else { 0 };
-    let needed = (Film::bytes(size) + pictures).saturating_mul(1 + u64::from(layers > 0)) + pictures * layers as u64 + replicates;
-    match memory::available() {
-        Some(available) if needed > available => Err(RenderError(format!(
-            "a picture of {} x {} pixels takes {}, and {} can be had\n  help: make it smaller with --width and --height",
-            size[0],
-            size[1],
-            memory::human(needed),
-            memory::human(available)
-        ))),
-        _ => Ok(()),
-    }
-}
-
-fn digest(rules: &PathRules) -> u64 {
-    let words = [rules.min_edges, rules.max_edges, rules.rr_depth, u32::from(rules.hide_emitters), u32::from(rules.null_counts)];
-    words.iter().fold(0, |h, w| etendue_numerics::sequence::mix(h ^ u64::from(*w)))
+/// All that decides the bits besides solver, seed and sample count, which a checkpoint tells in words.
+fn digest(loaded: &Loaded, view: usize, rules: &PathRules, sequence: SequenceKind) -> u64 {
+    let mut digest = Digest::new();
+    digest.word(loaded.digest());
+    digest.bytes(format!("{view} {rules:?} {sequence:?}").as_bytes());
+    digest.finish()
 }
 
 fn stopped_word(stopped: Stopped) -> &'static str {
@@ -292,4 +285,31 @@ fn stopped_word(stopped: Stopped) -> &'static str {
 /// Name and version, as pictures and reports carry them.
 pub fn software() -> String {
     concat!("etendue ", env!("CARGO_PKG_VERSION")).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rayon::prelude::*;
+
+    /// A panic on a thread of the pool comes back as its words, and what other tiles added stays on the film.
+    #[test]
+    fn a_panic_does_not_take_the_film_with_it() {
+        let pool = pool::pool(Some(2)).expect("two threads");
+        let film = Film::new(FilmShape { size: [8, 8], kernel: etendue_numerics::kernel::Kernel::Box { radius: 0.5 } });
+        let words = guarded(|| {
+            pool.install(|| {
+                (0..8u32).into_par_iter().for_each(|y| {
+                    assert!(y != 5, "row {y} is bad");
+                    let mut tile = film.tile();
+                    tile.begin([0, y], [8, y + 1]);
+                    tile.add(etendue_numerics::Vec2::new(0.5, y as f32 + 0.5), etendue_numerics::Spectrum::ONE, 0);
+                    film.add_tile(&tile);
+                });
+            });
+        });
+        assert_eq!(words, Err("row 5 is bad".to_owned()));
+        let column: Vec<f32> = film.develop().chunks(8).map(|row| row[0][0]).collect();
+        assert!(column[5] == 0.0 && column.contains(&1.0), "{column:?}");
+    }
 }

@@ -1,9 +1,8 @@
 //! `etendue info`: what a scene holds.
 
-use super::{Done, define, output};
+use super::{Done, output, parse};
 use clap::Args;
-use etendue::{LoadOptions, load, memory};
-use etendue_film::Film;
+use etendue::{LoadOptions, Stop, load, memory};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -14,7 +13,7 @@ pub struct InfoArguments {
     /// A scene file, or the name of a built-in scene.
     scene: String,
     /// Set a `<default>` parameter of the file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
     define: Vec<(String, String)>,
 }
 
@@ -42,14 +41,21 @@ pub fn run(arguments: &InfoArguments) -> Done {
                 view.sampler.count
             ),
         );
-        row("film", format!("{} while rendering", memory::human(Film::bytes(film.crop_size))));
+        let need = memory::Need { size: film.crop_size, stop: Stop::Samples(1), layer_bytes: 0, checkpoints: false };
+        row("film", format!("{} while rendering", memory::human(need.bytes())));
     }
     let depth = scene.integrator.max_depth.map_or("unbounded".to_owned(), |d| d.to_string());
     row("solver", format!("{}, max depth {depth}", scene.integrator.solver));
+    if !scene.integrator.aovs.is_empty() {
+        let layers: Vec<_> = scene.integrator.aovs.iter().map(|(name, quantity)| format!("{name} ({quantity})")).collect();
+        row("layers", layers.join(", "));
+    }
     row("shapes", format!("{} surfaces, {} triangles, {} instances", scene.surfaces.len(), scene.triangles, scene.instances.len()));
+    let bytes = scene.accel.stats().bytes as u64;
+    row("tree", format!("{} for casting rays", memory::human(bytes)));
     row("materials", tally(scene.materials.iter().map(|m| m.name())));
     row("textures", tally(scene.textures.iter().map(|t| t.name())));
-    row("emitters", tally(scene.emitters.iter().map(|e| e.name())));
+    row("emitters", tally(scene.emitters.iter().map(|e| e.model.name())));
     let (b, size) = (scene.bounds, scene.bounds.size());
     row("bounds", format!("{} to {} ({:.4} x {:.4} x {:.4} m)", b.min, b.max, size.x, size.y, size.z));
     row("loading", format!("{:.3} s reading, {:.3} s building", loaded.read_time.as_secs_f64(), loaded.build_time.as_secs_f64()));

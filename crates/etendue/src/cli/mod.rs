@@ -1,15 +1,21 @@
 //! The command line.
 
 mod diff;
+mod doctor;
+mod files;
 mod info;
 mod output;
+mod parse;
 mod progress;
 mod render;
 mod scenes;
+mod summary;
 mod tonemap;
 
 use clap::{Parser, Subcommand};
+use etendue::render::panic_words;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A physically based renderer and light-transport laboratory.
 #[derive(Debug, Parser)]
@@ -29,6 +35,8 @@ enum Command {
     Info(info::InfoArguments),
     /// Measure how far a picture is from a reference.
     Diff(diff::DiffArguments),
+    /// Tell what there is on this machine, and whether rendering works.
+    Doctor(doctor::DoctorArguments),
     /// Turn a picture of linear light into one for a display.
     Tonemap(tonemap::TonemapArguments),
 }
@@ -39,6 +47,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Render(a) => render::run(&a),
         Command::Scenes(a) => scenes::run(&a),
         Command::Info(a) => info::run(&a),
+        Command::Doctor(a) => doctor::run(&a),
         Command::Diff(a) => diff::run(&a),
         Command::Tonemap(a) => tonemap::run(&a),
     };
@@ -54,8 +63,16 @@ pub fn run(arguments: Arguments) -> ExitCode {
 /// What a command ends with: an exit status, or the words of an error.
 pub type Done = Result<ExitCode, String>;
 
-/// `NAME=VALUE`.
-fn define(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or_else(|| format!("`{text}` is not of the form NAME=VALUE"))?;
-    Ok((name.to_owned(), value.to_owned()))
+/// A panic is a mistake of ours: it is told once, in words that help to mend it.
+pub fn speak_of_panics() {
+    static TOLD: AtomicBool = AtomicBool::new(false);
+    std::panic::set_hook(Box::new(|panic| {
+        if !TOLD.swap(true, Ordering::Relaxed) {
+            let place = panic.location().map_or("an unknown place".to_owned(), |l| format!("{}:{}", l.file(), l.line()));
+            let words = panic_words(panic.payload());
+            output::error(&format!(
+                "étendue has met a mistake of its own at {place}: {words}\n  help: please report it with the scene and this line"
+            ));
+        }
+    }));
 }

@@ -1,41 +1,50 @@
 //! The one place that prints.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "the program's voice")]
 
 use etendue::LoadError;
 use etendue_description::{Description, Diagnostics};
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A result, on standard output.
+/// Whether a progress bar stands in the terminal's last line.
+static BAR: AtomicBool = AtomicBool::new(false);
+
+/// Says whether a progress bar stands in the last line, which messages must wipe first.
+pub fn bar_is_shown(shown: bool) {
+    BAR.store(shown, Ordering::Relaxed);
+}
+
+/// A result, on standard output. A reader that has gone away (`| head`) wants no more, and that is no error.
 pub fn result(text: &str) {
-    println!("{text}");
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 /// A message, on standard error.
 pub fn message(text: &str) {
-    eprintln!("{text}");
+    let wipe = if BAR.load(Ordering::Relaxed) { "\r\x1b[2K" } else { "" };
+    let _ = writeln!(std::io::stderr(), "{wipe}{}", text.trim_end());
 }
 
 /// An error in words, on standard error. Words that name a place come with their own `error:`.
 pub fn error(words: &str) {
-    if words.contains("error: ") || words.contains("error[") {
-        eprintln!("{}", words.trim_end());
+    if words.contains("error: ") || words.contains("error\x1b") {
+        message(words);
     } else {
-        eprintln!("error: {}", words.trim_end());
+        message(&format!("error: {words}"));
     }
 }
 
 /// Warnings and notes of a scene that loads, on standard error.
 pub fn diagnostics(diagnostics: &Diagnostics, description: &Description) {
     if !diagnostics.is_empty() {
-        eprint!("{}", rendered(diagnostics, description));
+        message(&rendered(diagnostics, description));
     }
 }
 
 /// The words of a scene that does not load.
 pub fn load_error(error: &LoadError) -> String {
     match error {
-        LoadError::NoSuchScene(words) => words.clone(),
-        LoadError::Scene(description, diagnostics) => rendered(diagnostics, description),
+        LoadError::Scene(told) => rendered(&told.1, &told.0),
+        other => other.to_string(),
     }
 }
 

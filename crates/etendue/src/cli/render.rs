@@ -1,18 +1,19 @@
 //! `etendue render`.
 
-use super::progress::{Display, NoiseCell, clock};
+use super::parse::{self, Depth};
+use super::progress::{Display, NoiseCell, Style};
 use super::tonemap::ToneArguments;
-use super::{Done, define, output};
+use super::{Done, files, output, summary};
 use clap::Args;
-use etendue::{LoadOptions, RenderOptions, Rendering, Stop, Stopped, Watch, load, memory, render};
-use etendue_image::{Format, Picture, SaveOptions, save, write_atomically};
+use etendue::{Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, cores, load, render};
+use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
 use etendue_solvers::{Checkpoint, Event};
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 use std::time::Duration;
 
 /// Renders a scene to pictures.
@@ -27,19 +28,19 @@ pub struct RenderArguments {
     #[arg(default_value = etendue::builtin::SCENES[0].name)]
     scene: String,
     /// Picture to write; the ending chooses the format (exr, hdr, pfm: linear light; png, jpg: for a display). May be given again.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = parse::picture)]
     output: Vec<PathBuf>,
     /// Solver: path, path-nee, path-mis, direct; the scene's own otherwise.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = parse::solver)]
     solver: Option<String>,
     /// Samples per pixel.
     #[arg(long, value_name = "N", group = "stop", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Stop after this many seconds of rendering.
-    #[arg(long, value_name = "SECONDS", group = "stop", value_parser = seconds)]
+    /// Stop after this many seconds of rendering; every pixel is sampled once in any case.
+    #[arg(long, value_name = "SECONDS", group = "stop", value_parser = parse::seconds)]
     time: Option<Duration>,
-    /// Stop when the estimated relative error of the picture is at most this many per cent.
-    #[arg(long, value_name = "PERCENT", group = "stop", value_parser = positive)]
+    /// Stop when the estimated relative error of the picture, √relMSE, is at most this many per cent.
+    #[arg(long, value_name = "PERCENT", group = "stop", value_parser = parse::positive)]
     noise: Option<f64>,
     /// Seed of all random decisions.
     #[arg(long, value_name = "N")]
@@ -47,29 +48,32 @@ pub struct RenderArguments {
     /// Threads; all cores otherwise. The picture is the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
-    /// Width of the picture in pixels.
+    /// Width of the picture in pixels; the height follows in proportion unless it is given too.
     #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..))]
     width: Option<u32>,
     /// Height of the picture in pixels.
     #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
     height: Option<u32>,
+    /// Which of the scene's sensors, counted from 0.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    view: usize,
     /// Edges between eye and light at most: 1 shows emitters only, 2 adds direct light, -1 is unbounded.
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = depth)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = parse::depth)]
     max_depth: Option<Depth>,
-    /// Light of exactly so many bounces: A..B, or one number; 0 = emitters.
-    #[arg(long, value_name = "A..B", value_parser = bounces, conflicts_with = "max_depth")]
+    /// Light of exactly so many bounces: A..B with both ends, A.. without an end, or one number; 0 = emitters.
+    #[arg(long, value_name = "A..B", value_parser = parse::bounces, conflicts_with = "max_depth")]
     bounces: Option<RangeInclusive<u32>>,
     /// Render with spectra instead of RGB.
     #[arg(long)]
     spectral: bool,
     /// Point set: sobol, stratified, independent.
-    #[arg(long, value_name = "NAME", value_parser = sequence)]
+    #[arg(long, value_name = "NAME", value_parser = parse::sequence)]
     sampler: Option<SequenceKind>,
     /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
     define: Vec<(String, String)>,
-    /// Layers in the EXR beside the picture: albedo, normal, geometric-normal, depth, position, uv.
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = quantity)]
+    /// Layers in the EXR beside the picture: albedo, normal, geometric-normal, depth, position, uv, …
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse::quantity)]
     aov: Vec<Quantity>,
     /// Write one JSON object with the numbers of the render.
     #[arg(long, value_name = "FILE")]
@@ -78,101 +82,95 @@ pub struct RenderArguments {
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// Seconds between checkpoints.
-    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "checkpoint")]
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = parse::seconds, requires = "checkpoint")]
     checkpoint_every: Duration,
-    /// Go on from a saved state.
+    /// Go on from a saved state, to the same picture as if nothing had stopped.
     #[arg(long, value_name = "FILE")]
     resume: Option<PathBuf>,
     #[command(flatten)]
     tone: ToneArguments,
+    /// How progress is shown.
+    #[arg(long, value_enum, value_name = "STYLE", default_value_t)]
+    progress: Style,
     /// Show nothing but errors.
     #[arg(short, long)]
     quiet: bool,
-}
-
-/// `--max-depth`: `None` is unbounded.
-#[derive(Clone, Copy, Debug)]
-struct Depth(Option<u32>);
-
-fn depth(text: &str) -> Result<Depth, String> {
-    match text.parse::<i64>() {
-        Ok(-1) => Ok(Depth(None)),
-        Ok(n) if (0..=i64::from(u32::MAX)).contains(&n) => Ok(Depth(Some(n as u32))),
-        _ => Err(format!("`{text}` is no number of edges; expected -1 (unbounded) or 0, 1, 2, …")),
-    }
-}
-
-fn bounces(text: &str) -> Result<RangeInclusive<u32>, String> {
-    let number = |t: &str| t.trim_start_matches('=').parse::<u32>().map_err(|_| format!("`{t}` is no number of bounces"));
-    let (a, b) = text.split_once("..").unwrap_or((text, text));
-    let range = number(a)?..=number(b)?;
-    if range.is_empty() { Err(format!("{text} holds no number")) } else { Ok(range) }
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
-        _ => Err(format!("`{text}` is not a number above 0")),
-    }
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    Duration::try_from_secs_f64(positive(text)?).map_err(|_| format!("`{text}` s is too long"))
-}
-
-fn sequence(text: &str) -> Result<SequenceKind, String> {
-    match text {
-        "sobol" => Ok(SequenceKind::Sobol),
-        "stratified" => Ok(SequenceKind::Stratified),
-        "independent" => Ok(SequenceKind::Independent),
-        _ => Err("expected sobol, stratified or independent".to_owned()),
-    }
-}
-
-fn quantity(text: &str) -> Result<Quantity, String> {
-    let names = || Quantity::ALL.map(|(_, name, ..)| name).join(", ");
-    Quantity::from_name(text).ok_or_else(|| format!("expected one of {}", names()))
 }
 
 pub fn run(a: &RenderArguments) -> Done {
     if a.spectral {
         return Err("rendering with spectra is not there yet; leave --spectral out to render in RGB".to_owned());
     }
-    for path in &a.output {
-        writable(path)?;
+    for path in a.output.iter().chain(&a.stats).chain(&a.checkpoint) {
+        files::writable(path)?;
     }
-    let options = LoadOptions { defines: a.define.clone(), size: None, width: a.width, height: a.height };
+    let resume = a.resume.as_deref().map(read_checkpoint).transpose()?;
+    let threads = a.threads.map(usize::from);
+    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads };
     let loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
-    if !a.quiet {
-        output::diagnostics(&loaded.diagnostics, &loaded.description);
+    let pictures = pictures(a, &loaded.name);
+    if a.output.is_empty() {
+        pictures.iter().try_for_each(|path| files::writable(path))?;
     }
-    let stop = stop(a).unwrap_or(Stop::Samples(loaded.scene.views[0].sampler.count));
+    let view = loaded.scene.views.get(a.view).or(loaded.scene.views.first());
+    let stop = stop(a).or(view.map(|v| Stop::Samples(v.sampler.count))).unwrap_or(Stop::Samples(1));
     let options = RenderOptions {
+        view: a.view,
         solver: a.solver.clone(),
         stop: Some(stop),
         seed: a.seed,
-        threads: a.threads.map(usize::from),
+        threads,
         max_depth: a.max_depth.map(|d| d.0),
         bounces: a.bounces.clone(),
         sequence: a.sampler,
         aovs: a.aov.clone(),
         checkpoint_every: a.checkpoint.as_ref().map(|_| a.checkpoint_every),
-        resume: a.resume.as_deref().map(read_checkpoint).transpose()?,
+        resume,
     };
 
+    if !a.quiet {
+        output::diagnostics(&loaded.diagnostics, &loaded.description);
+        if !a.aov.is_empty() && !pictures.iter().any(|p| Format::of_path(p) == Some(Format::Exr)) {
+            output::message("warning: layers are written to .exr only, and no such file is asked for");
+        }
+        let count = loaded.scene.views.len();
+        if count > 1 {
+            output::message(&format!("note: the scene has {count} sensors; this renders number {} (--view)", a.view));
+        }
+        let solver = a.solver.as_deref().unwrap_or(&loaded.scene.integrator.solver);
+        output::message(&summary::headline(&loaded, a.view, solver, stop, threads.unwrap_or_else(cores)));
+    }
     let noise = Arc::new(NoiseCell::default());
     let watch = Arc::new(Watch { events: Some(listener(a, &noise)), ..Watch::default() });
     stop_on_ctrl_c(&watch);
-    let display = (!a.quiet).then(|| Display::start(Arc::clone(&watch), stop, noise));
+    let style = if a.quiet && a.progress != Style::Json { Style::None } else { a.progress };
+    let pixels = view.map_or(0, |v| v.film.crop_size.map(u64::from).iter().product());
+    let display = Display::start(style, Arc::clone(&watch), stop, pixels, noise);
     let rendering = render(&loaded, &options, &watch);
     drop(display);
     let rendering = rendering.map_err(|e| e.to_string())?;
 
-    let files = write(a, &loaded.name, &rendering)?;
+    let written = files::write_pictures(&pictures, a.tone, &rendering);
+    if let Some(path) = &a.stats {
+        files::write_stats(path, &rendering)?;
+    }
+    written?;
+    if a.progress == Style::Json {
+        let line = serde_json::json!({ "event": "done", "files": pictures, "stats": rendering.stats });
+        output::result(&line.to_string());
+    }
     if !a.quiet {
-        summary(a, &rendering, &files);
+        summary::tell(&rendering, &pictures, a.noise);
+    }
+    if rendering.failure.is_some() {
+        return Err("the render ended early; the picture holds what was done before".to_owned());
     }
     Ok(if rendering.outcome.stopped == Stopped::Cancelled { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
+
+fn pictures(a: &RenderArguments, name: &str) -> Vec<PathBuf> {
+    let default = || vec![PathBuf::from(format!("{name}.exr")), PathBuf::from(format!("{name}.png"))];
+    if a.output.is_empty() { default() } else { a.output.clone() }
 }
 
 /// Passes at most while a noise target is sought.
@@ -185,32 +183,32 @@ fn stop(a: &RenderArguments) -> Option<Stop> {
     samples.or(time).or(noise)
 }
 
-/// Refuses, before anything is rendered, a file that could not be written after it.
-fn writable(path: &Path) -> Result<(), String> {
-    if !Format::of_path(path).is_some_and(Format::can_write) {
-        return Err(format!("{}: a picture's name ends in .exr, .hdr, .pfm, .png or .jpg", path.display()));
-    }
-    match path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        Some(folder) if !folder.is_dir() => Err(format!("{}: the folder {} does not exist", path.display(), folder.display())),
-        _ => Ok(()),
-    }
-}
-
 fn read_checkpoint(path: &Path) -> Result<Box<Checkpoint>, String> {
-    let bytes = std::fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+    let bytes = std::fs::read(path).map_err(|e| format!("cannot read the checkpoint {}: {e}", path.display()))?;
     Checkpoint::from_bytes(&bytes).map(Box::new).map_err(|e| format!("{}: {e}", path.display()))
 }
 
-fn listener(a: &RenderArguments, noise: &Arc<NoiseCell>) -> Box<dyn Fn(Event<'_>) + Send + Sync> {
-    let (checkpoint, noise, quiet) = (a.checkpoint.clone(), Arc::clone(noise), a.quiet);
+fn listener(a: &RenderArguments, noise: &Arc<NoiseCell>) -> Listener {
+    let (checkpoint, noise, json) = (a.checkpoint.clone(), Arc::clone(noise), a.progress == Style::Json);
+    let tell = move |value: serde_json::Value| {
+        if json {
+            output::result(&value.to_string());
+        }
+    };
     Box::new(move |event| match event {
-        Event::Noise(_, estimate) => noise.set(estimate.percent().0),
+        Event::Noise(passes, estimate) => {
+            let percent = estimate.percent();
+            *noise.lock().unwrap_or_else(PoisonError::into_inner) = Some((passes, percent.0));
+            tell(
+                serde_json::json!({ "event": "noise", "passes": passes, "percent": percent.0, "interval": [percent.1, percent.2] }),
+            );
+        }
         Event::Checkpoint(state) => {
-            if let Some(path) = &checkpoint
-                && let Err(e) = write_atomically(path, &state.to_bytes())
-                && !quiet
-            {
-                output::message(&format!("warning: cannot write the checkpoint {}: {e}", path.display()));
+            let Some(path) = &checkpoint else { return };
+            match write_atomically(path, &state.to_bytes()) {
+                Ok(()) => tell(serde_json::json!({ "event": "checkpoint", "passes": state.passes, "file": path })),
+                // Whoever counts on a checkpoint must know, quiet or not.
+                Err(e) => output::message(&format!("warning: cannot write the checkpoint {}: {e}", path.display())),
             }
         }
         Event::Pass(_) => (),
@@ -231,71 +229,5 @@ fn stop_on_ctrl_c(watch: &Arc<Watch>) {
     };
     if let Err(e) = ctrlc::set_handler(handler) {
         output::message(&format!("warning: Ctrl-C will not save the picture: {e}"));
-    }
-}
-
-/// Writes pictures and numbers; the answer names the pictures.
-fn write(a: &RenderArguments, name: &str, rendering: &Rendering) -> Result<Vec<PathBuf>, String> {
-    let default = || vec![PathBuf::from(format!("{name}.exr")), PathBuf::from(format!("{name}.png"))];
-    let files = if a.output.is_empty() { default() } else { a.output.clone() };
-    for path in &files {
-        let linear = Format::of_path(path).is_some_and(Format::is_linear);
-        let shown = || {
-            let image = a.tone.map().image(&rendering.picture.image);
-            Picture { image, layers: Vec::new(), attributes: rendering.picture.attributes.clone() }
-        };
-        let result = if linear {
-            save(path, &rendering.picture, &SaveOptions::default())
-        } else {
-            save(path, &shown(), &SaveOptions::default())
-        };
-        result.map_err(|e| e.to_string())?;
-    }
-    if let Some(path) = &a.stats {
-        let json = serde_json::to_string_pretty(&rendering.stats).map_err(|e| e.to_string())?;
-        write_atomically(path, json.as_bytes()).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
-    }
-    Ok(files)
-}
-
-fn summary(a: &RenderArguments, rendering: &Rendering, files: &[PathBuf]) {
-    let s = &rendering.stats;
-    let names: Vec<_> = files.iter().map(|f| f.display().to_string()).collect();
-    output::message(&format!("wrote {}", names.join(" and ")));
-    let per_second = |n: u64| n as f64 / s.render_seconds.max(1e-9) / 1e6;
-    output::message(&format!(
-        "{} x {} pixels, {} spp by {} in {}: {:.2} M paths/s, {:.2} M rays/s, peak memory {}",
-        s.width,
-        s.height,
-        s.spp,
-        s.solver,
-        clock(s.render_seconds),
-        per_second(s.paths),
-        per_second(s.rays),
-        memory::human(s.peak_memory_bytes)
-    ));
-    if let Some([value, low, high]) = s.noise_percent {
-        let verdict = if rendering.outcome.stopped == Stopped::Noise { "reached" } else { "not reached" };
-        let target = a.noise.unwrap_or_default();
-        output::message(&format!(
-            "noise target {target} % {verdict}: √relMSE is {value:.3} % (95 % interval {low:.3} to {high:.3} %)"
-        ));
-    }
-    if rendering.outcome.stopped == Stopped::Cancelled {
-        output::message("stopped before the end, as asked");
-    }
-    if s.nonfinite_samples > 0 {
-        let which: Vec<_> = s.nonfinite_first.iter().map(|[x, y, n]| format!("sample {n} of pixel ({x}, {y})")).collect();
-        output::message(&format!(
-            "warning: {} samples were not finite and were dropped: {}",
-            s.nonfinite_samples,
-            which.join(", ")
-        ));
-    }
-    if !rendering.black.is_empty() {
-        output::message("warning: the picture is black");
-        for reason in &rendering.black {
-            output::message(&format!("  help: {reason}"));
-        }
     }
 }

@@ -21,8 +21,13 @@ pub fn run(arguments: &ScenesArguments) -> Done {
     }
     if let Some(folder) = &arguments.export {
         let scenes = SCENES.iter().map(|s| (format!("{}.xml", s.name), s.text.as_bytes()));
-        for (name, bytes) in scenes.chain(FILES.iter().map(|(name, bytes)| ((*name).to_owned(), *bytes))) {
-            write(&folder.join(&name), bytes)?;
+        let files: Vec<_> = scenes.chain(FILES.iter().map(|(name, bytes)| ((*name).to_owned(), *bytes))).collect();
+        // All or nothing.
+        if let Some((name, _)) = files.iter().find(|(name, _)| folder.join(name).exists()) {
+            return Err(format!("{} exists and is not overwritten", folder.join(name).display()));
+        }
+        for (name, bytes) in files {
+            write(&folder.join(name), bytes)?;
         }
         output::message(&format!("wrote the scene files to {}", folder.display()));
     }
@@ -31,9 +36,6 @@ pub fn run(arguments: &ScenesArguments) -> Done {
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     let failed = |e: std::io::Error| format!("cannot write {}: {e}", path.display());
-    if path.exists() {
-        return Err(format!("{} exists and is not overwritten", path.display()));
-    }
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(failed)?;
     }

@@ -1,0 +1,76 @@
+//! Which solver renders: the caller's choice, or what the scene file asks for.
+
+use crate::load::Loaded;
+use crate::render::RenderError;
+use etendue_description::nearest;
+use etendue_solvers::aov::{Aov, Quantity};
+use etendue_solvers::{AnySolver, SOLVERS};
+
+/// Solvers that are known by name and not there yet.
+const PLANNED: &[&str] =
+    &["whitted", "distribution", "light", "light-nee", "bidirectional", "photon-map", "metropolis", "radiosity", "auto"];
+
+/// Names that show what the eye sees first, as numbers: Mitsuba's `depth`, and `aov` without an integrator of light.
+const SHOWING: &[&str] = &["depth", "aov"];
+
+/// What fills the film.
+pub(crate) enum Choice {
+    /// Light.
+    Solver(Box<AnySolver>),
+    /// A quantity of the first surfaces.
+    Quantity(Aov),
+}
+
+/// Refuses a name that no solver has, with the nearest one that some solver has; for callers who know the name before the scene.
+pub fn check_solver_name(name: &str) -> Result<(), RenderError> {
+    let known = || SOLVERS.iter().map(|s| s.name).chain(SHOWING.iter().copied());
+    if known().chain(PLANNED.iter().copied()).any(|n| n == name) {
+        return Ok(());
+    }
+    let mut words = format!("no solver is called `{name}`");
+    if let Some(near) = nearest(name, known().chain(PLANNED.iter().copied())) {
+        words += &format!("\n  help: did you mean `{near}`?");
+    }
+    Err(RenderError(words + &format!("\n  help: solvers: {}", solver_names())))
+}
+
+fn solver_names() -> String {
+    SOLVERS.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
+}
+
+/// The solver of `asked`, or of the scene; refused in words where it is not there yet or the scene is not for it.
+pub(crate) fn choose(asked: Option<&str>, loaded: &Loaded) -> Result<Choice, RenderError> {
+    let integrator = &loaded.scene.integrator;
+    let name = asked.unwrap_or(&integrator.solver);
+    if SHOWING.contains(&name) {
+        return shown_quantity(name, loaded).map(|q| Choice::Quantity(Aov(q)));
+    }
+    check_solver_name(name)?;
+    let Some(solver) = AnySolver::new(name, integrator) else {
+        let words = match asked {
+            Some(_) => format!("the solver `{name}` is not there yet\n  help: solvers that are: {}", solver_names()),
+            None => format!(
+                "the scene asks for `{name}` (light traced from the emitters), which is not there yet\n  \
+                 help: --solver path-mis renders the same light from the eye"
+            ),
+        };
+        return Err(RenderError(words));
+    };
+    solver.needs().check(&loaded.scene).map_err(|refusal| {
+        let instead = refusal.instead.join(" or --solver ");
+        RenderError(format!("`{name}` cannot render this scene: {}\n  help: try --solver {instead}", refusal.reason))
+    })?;
+    Ok(Choice::Solver(Box::new(solver)))
+}
+
+/// `depth` shows depth; `aov` the first layer that the scene names.
+fn shown_quantity(name: &str, loaded: &Loaded) -> Result<Quantity, RenderError> {
+    if name == "depth" {
+        return Ok(Quantity::Depth);
+    }
+    let first = loaded.scene.integrator.aovs.first();
+    let none = || {
+        RenderError("`aov` shows the layers that a scene file names, and this one names none\n  help: try --aov albedo,normal,depth beside the picture".to_owned())
+    };
+    first.and_then(|(_, quantity)| Quantity::from_name(quantity)).ok_or_else(none)
+}

@@ -1,0 +1,67 @@
+//! The files of a render: looked at before it begins, written when it has ended.
+
+use super::tonemap::ToneArguments;
+use etendue::Rendering;
+use etendue_image::{Format, Picture, SaveOptions, save, write_atomically};
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Whether new files can be made in a folder.
+pub fn can_write_in(folder: &Path) -> io::Result<()> {
+    let probe = folder.join(format!(".etendue-{}-probe.part", std::process::id()));
+    std::fs::File::create_new(&probe)?;
+    std::fs::remove_file(&probe)
+}
+
+/// Refuses, before anything is rendered, a file that could not be written after it.
+pub fn writable(path: &Path) -> Result<(), String> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if path.is_dir() {
+        return Err(format!("{}: there is a folder of this name", path.display()));
+    }
+    if !folder.is_dir() {
+        return Err(format!("{}: the folder {} does not exist", path.display(), folder.display()));
+    }
+    // Pipes and devices are written to as they are.
+    if path.exists() && !path.is_file() {
+        return Ok(());
+    }
+    can_write_in(folder).map_err(|e| format!("{}: the folder {} cannot be written to: {e}", path.display(), folder.display()))
+}
+
+/// Writes a picture to each file. One that fails does not keep the others from being written; if no file holds the light itself in the
+/// end, it is saved to the system's folder for temporary files: hours of rendering are not lost for a full disk.
+pub fn write_pictures(files: &[PathBuf], tone: ToneArguments, rendering: &Rendering) -> Result<(), String> {
+    let mut failures = Vec::new();
+    let mut kept = false;
+    for path in files {
+        let linear = Format::of_path(path).is_some_and(Format::is_linear);
+        let result = if linear {
+            save(path, &rendering.picture, &SaveOptions::default())
+        } else {
+            let image = tone.map().image(&rendering.picture.image);
+            let shown = Picture { image, layers: Vec::new(), attributes: rendering.picture.attributes.clone() };
+            save(path, &shown, &SaveOptions::default())
+        };
+        match result {
+            Ok(()) => kept = true,
+            Err(e) => failures.push(e.to_string()),
+        }
+    }
+    if failures.is_empty() {
+        return Ok(());
+    }
+    if !kept {
+        let rescue = std::env::temp_dir().join(format!("etendue-{}.exr", std::process::id()));
+        if save(&rescue, &rendering.picture, &SaveOptions::default()).is_ok() {
+            failures.push(format!("  help: the picture was saved to {}", rescue.display()));
+        }
+    }
+    Err(failures.join("\n"))
+}
+
+/// Writes the numbers of the render.
+pub fn write_stats(path: &Path, rendering: &Rendering) -> Result<(), String> {
+    let json = serde_json::to_string_pretty(&rendering.stats).map_err(|e| e.to_string())? + "\n";
+    write_atomically(path, json.as_bytes()).map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
