@@ -1,10 +1,10 @@
 //! The film: exact sums per pixel, in bands of rows that threads lock one at a time.
 
 use crate::fixed::Fixed;
-use crate::splat::Splat;
+use crate::splat::{Splat, Stamp, shares};
 use crate::tile::{KernelTable, Tile};
-use etendue_numerics::Vec4;
 use etendue_numerics::kernel::Kernel;
+use etendue_numerics::{Vec2, Vec4};
 use serde::{Deserialize, Serialize};
 use std::sync::{Mutex, PoisonError};
 
@@ -65,7 +65,10 @@ pub struct Film {
     shape: FilmShape,
     kernel: KernelTable,
     bands: Vec<Mutex<Vec<Pixel>>>,
-    splats: Mutex<Vec<[Fixed; 3]>>,
+    /// Bands of splats; empty until the first splat falls there.
+    splats: Vec<Mutex<Vec<[Fixed; 3]>>>,
+    /// How much of each column's and each row's kernel lies within the film.
+    shares: [Vec<f64>; 2],
     started: Mutex<u64>,
     dropped: Mutex<(u64, Vec<NonFinite>)>,
 }
@@ -80,12 +83,14 @@ impl Film {
     pub fn new(shape: FilmShape) -> Self {
         let [width, height] = shape.size.map(|n| n as usize);
         let rows = |band: usize| BAND.min(height - band * BAND);
-        let bands = (0..height.div_ceil(BAND)).map(|b| Mutex::new(vec![Pixel::default(); width * rows(b)])).collect();
+        let bands: Vec<_> = (0..height.div_ceil(BAND)).map(|b| Mutex::new(vec![Pixel::default(); width * rows(b)])).collect();
+        let kernel = KernelTable::new(&shape.kernel);
         Self {
             shape,
-            kernel: KernelTable::new(&shape.kernel),
+            splats: bands.iter().map(|_| Mutex::default()).collect(),
+            shares: [shares(&kernel, width), shares(&kernel, height)],
+            kernel,
             bands,
-            splats: Mutex::default(),
             started: Mutex::default(),
             dropped: Mutex::default(),
         }
@@ -132,36 +137,34 @@ impl Film {
         }
     }
 
-    /// Adds light paths' contributions through the kernel, scaled to integral 1. Positions off the film count as far as their kernel reaches in.
+    /// Adds light paths' contributions through the kernel, scaled to integral 1. Positions beyond the film do not count: pixels are made of
+    /// what falls on the film, as those of [`Film::add_tile`] are.
     pub fn add_splats(&self, splats: &[Splat]) {
         let [width, height] = self.shape.size;
-        let mut sums = lock(&self.splats);
-        sums.resize(width as usize * height as usize, [Fixed::ZERO; 3]);
-        let mut stamp = self.tile();
+        let pixels = u64::from(width) * u64::from(height);
+        let mut landed = Vec::with_capacity(splats.len());
         for splat in splats {
+            let Vec2 { x, y } = splat.position;
             if !splat.value.is_finite() || !splat.position.is_finite() {
-                let pixel = [splat.position.x as u32, splat.position.y as u32];
-                self.drop_samples(1, &[NonFinite { pixel, sample: splat.particle as u32 }]);
-                continue;
+                // Particles are numbered through the passes, one a pixel each.
+                let (pass, place) = (splat.particle / pixels.max(1), (splat.particle % pixels.max(1)) as u32);
+                self.drop_samples(1, &[NonFinite { pixel: [place % width, place / width], sample: pass as u32 }]);
+            } else if x >= 0.0 && y >= 0.0 && x < width as f32 && y < height as f32 {
+                landed.push(*splat);
             }
-            let corner = splat.position.floor();
-            if corner.min_element() < -64.0 || corner.x > width as f32 + 64.0 || corner.y > height as f32 + 64.0 {
-                continue;
-            }
-            // A kernel's pixels around this position sum to nearly, not exactly, its integral: dividing by their own sum loses no energy.
-            stamp.begin([0, 0], [1, 1]);
-            stamp.add(splat.position - corner, splat.value, 0);
-            let total: f32 = stamp.sums.iter().map(|s| s.w).sum();
-            for (i, sum) in stamp.sums.iter().enumerate() {
-                let x = corner.x as i32 + stamp.origin[0] + i as i32 % stamp.size[0];
-                let y = corner.y as i32 + stamp.origin[1] + i as i32 / stamp.size[0];
-                if total > 0.0 && (0..width as i32).contains(&x) && (0..height as i32).contains(&y) {
-                    let value = *sum / total;
-                    let pixel = &mut sums[y as usize * width as usize + x as usize];
-                    for (channel, v) in pixel.iter_mut().zip([value.x, value.y, value.z]) {
-                        *channel += Fixed::from_f32(v);
-                    }
-                }
+        }
+        // From top to bottom, so that each band is locked once.
+        landed.sort_unstable_by(|a, b| a.position.y.total_cmp(&b.position.y));
+        let reach = self.kernel.border() as f32 + 1.0;
+        for (b, band) in self.splats.iter().enumerate() {
+            let (top, bottom) = ((b * BAND) as i32, ((b + 1) * BAND).min(height as usize) as i32);
+            let first = landed.partition_point(|s| s.position.y < top as f32 - reach);
+            let near = &landed[first..];
+            let near = &near[..near.partition_point(|s| s.position.y < bottom as f32 + reach)];
+            if !near.is_empty() {
+                let mut pixels = lock(band);
+                pixels.resize(width as usize * (bottom - top) as usize, [Fixed::ZERO; 3]);
+                near.iter().for_each(|s| Stamp::new(s, &self.kernel).add(&mut pixels, width as i32, top..bottom));
             }
         }
     }
@@ -191,11 +194,14 @@ impl Film {
         for band in &self.bands {
             picture.extend(lock(band).iter().map(Pixel::value));
         }
-        let (splats, started) = (lock(&self.splats), *lock(&self.started));
-        if started > 0 {
-            for (pixel, splat) in picture.iter_mut().zip(splats.iter()) {
+        let started = *lock(&self.started);
+        let [columns, rows] = &self.shares;
+        for (b, band) in self.splats.iter().enumerate().filter(|_| started > 0) {
+            let first = b * BAND * columns.len();
+            for (i, (splat, pixel)) in lock(band).iter().zip(picture.iter_mut().skip(first)).enumerate() {
+                let share = columns[i % columns.len()] * rows[b * BAND + i / columns.len()];
                 for (p, s) in pixel.iter_mut().zip(splat) {
-                    *p += (s.to_f64() / started as f64) as f32;
+                    *p += (s.to_f64() / (started as f64 * share)) as f32;
                 }
             }
         }
@@ -209,14 +215,14 @@ impl Film {
             pixels.extend_from_slice(&lock(band));
         }
         let (dropped_count, dropped) = self.dropped();
-        Sums {
-            size: self.shape.size,
-            pixels,
-            splats: lock(&self.splats).clone(),
-            started: *lock(&self.started),
-            dropped_count,
-            dropped,
+        let mut splats = Vec::new();
+        if self.splats.iter().any(|band| !lock(band).is_empty()) {
+            for (band, pixels) in self.splats.iter().zip(&self.bands) {
+                splats.extend_from_slice(&lock(band));
+                splats.resize(splats.len() + lock(pixels).len() - lock(band).len(), [Fixed::ZERO; 3]);
+            }
         }
+        Sums { size: self.shape.size, pixels, splats, started: *lock(&self.started), dropped_count, dropped }
     }
 
     /// Adds what another film of the same size measured: a checkpoint, a shard. `false`, and nothing added, where the sizes differ.
@@ -235,14 +241,15 @@ impl Film {
             }
             rest = after;
         }
-        if !sums.splats.is_empty() {
-            let mut splats = lock(&self.splats);
-            splats.resize(count, [Fixed::ZERO; 3]);
-            for (pixel, other) in splats.iter_mut().zip(&sums.splats) {
-                for (a, b) in pixel.iter_mut().zip(other) {
-                    *a += *b;
-                }
+        let mut rest = sums.splats.as_slice();
+        for (band, pixels) in self.splats.iter().zip(&self.bands).filter(|_| !sums.splats.is_empty()) {
+            let mut splats = lock(band);
+            let (these, after) = rest.split_at(lock(pixels).len());
+            splats.resize(these.len(), [Fixed::ZERO; 3]);
+            for (a, b) in splats.iter_mut().flatten().zip(these.iter().flatten()) {
+                *a += *b;
             }
+            rest = after;
         }
         self.start_particles(sums.started);
         self.drop_samples(sums.dropped_count, &sums.dropped);
@@ -275,7 +282,7 @@ impl Pixel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use etendue_numerics::{Spectrum, Vec2};
+    use etendue_numerics::Spectrum;
 
     fn film(kernel: Kernel) -> Film {
         Film::new(FilmShape { size: [20, 37], kernel })
@@ -334,6 +341,39 @@ mod tests {
             let brightest = picture.iter().enumerate().max_by(|a, b| a.1[0].total_cmp(&b.1[0])).map(|(i, _)| i);
             assert_eq!(brightest, Some(20 * 20 + 10), "{kernel:?}");
         }
+    }
+
+    /// Splats spread evenly over the film develop to a constant, at the border, too, and whatever fell beyond it.
+    #[test]
+    fn even_splats_are_a_constant() {
+        for kernel in kernels() {
+            let film = film(kernel);
+            let per_side = 16;
+            let mut splats = Vec::new();
+            for (y, x) in (-5 * per_side..42 * per_side).flat_map(|y| (-5 * per_side..25 * per_side).map(move |x| (y, x))) {
+                let position = (Vec2::new(x as f32, y as f32) + 0.5) / per_side as f32;
+                splats.push(Splat { position, value: Spectrum::rgb(1.0, 2.0, 0.5), particle: 0 });
+            }
+            splats.chunks(1000).for_each(|some| film.add_splats(some));
+            film.start_particles((per_side * per_side) as u64);
+            for (i, pixel) in film.develop().iter().enumerate() {
+                for (p, want) in pixel.iter().zip([1.0, 2.0, 0.5]) {
+                    assert!((p / want - 1.0).abs() < 2e-3, "{kernel:?}, pixel {i}: {pixel:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn particles_that_are_not_finite_are_told_by_pass_and_number() {
+        let film = film(Kernel::Box { radius: 0.5 });
+        let splat = |x: f32, particle| Splat { position: Vec2::new(x, 1.0), value: Spectrum::splat(f32::NAN), particle };
+        film.add_splats(&[splat(3.0, 740 * 2 + 21), splat(f32::NAN, 0)]);
+        let (count, which) = film.dropped();
+        assert_eq!(count, 2);
+        assert_eq!(which, [NonFinite { pixel: [0, 0], sample: 0 }, NonFinite { pixel: [1, 1], sample: 2 }]);
+        film.start_particles(1);
+        assert!(film.develop().iter().all(|p| *p == [0.0; 3]));
     }
 
     #[test]

@@ -37,6 +37,13 @@ impl Fixed {
         Self(if x.is_sign_negative() { -magnitude } else { magnitude })
     }
 
+    /// The number x, rounded to 2⁻⁶⁴ and clamped to ±2⁵⁰; zero for NaN.
+    #[inline]
+    pub fn from_f64(x: f64) -> Self {
+        let bound = (f64::from(LARGEST_EXPONENT)).exp2();
+        Self((x.clamp(-bound, bound) * 18_446_744_073_709_551_616.0) as i128)
+    }
+
     /// The sum as f64, rounded once.
     #[inline]
     pub fn to_f64(self) -> f64 {
@@ -65,6 +72,11 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #[test]
+        fn numbers_of_twice_the_precision_are_kept(x in -1e12f64..1e12) {
+            prop_assert!((Fixed::from_f64(x).to_f64() - x).abs() <= (-63f64).exp2());
+        }
+
         #[test]
         fn normal_numbers_are_exact(mantissa in -16_777_215i32..=16_777_215, exponent in -64i32..20) {
             let x = mantissa as f32 * (exponent as f32).exp2();

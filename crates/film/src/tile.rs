@@ -25,7 +25,7 @@ impl KernelTable {
     }
 
     #[inline]
-    fn eval(&self, x: f32) -> f32 {
+    pub(crate) fn eval(&self, x: f32) -> f32 {
         let s = x.abs() * (TABLE as f32 / self.radius);
         let i = s as usize;
         if i >= TABLE {
