@@ -5,10 +5,11 @@
 //! own sample variance is no error bar. Over at most [`Replicates::TRACKED`] pixels, spread evenly,
 //!
 //! ```text
-//! relMSE ≈ mean over pixels and channels of (s²/K) / (x̄² + e),    e = 0.01 · mean(x̄²)
+//! relMSE ≈ mean over pixels and channels of (s²/K) / (x̄² + e),    e = 0.01 · (mean x̄)²
 //! ```
 //!
-//! relMSE is quadratic in the picture's values, so each x̄² is taken less its own variance to stay unbiased.
+//! relMSE is quadratic in the picture's values, so each x̄² is taken less its own variance to stay unbiased. The mean x̄ is over all tracked
+//! pixels and channels.
 
 use serde::{Deserialize, Serialize};
 
@@ -100,7 +101,7 @@ impl Replicates {
         let pairs: Vec<_> = (0..self.count).flat_map(|p| (0..3).map(move |c| (p, c))).map(|(p, c)| statistics(p, c)).collect();
         let n = pairs.len().max(1) as f64;
         let square = |(mean, variance): &(f64, f64)| (mean * mean - variance).max(0.0);
-        let e = 0.01 * pairs.iter().map(square).sum::<f64>() / n;
+        let e = 0.01 * (pairs.iter().map(|p| p.0).sum::<f64>() / n).powi(2);
         if e <= 0.0 {
             return NoiseEstimate { rel_mse: 0.0, half_width: 0.0 };
         }
@@ -116,20 +117,20 @@ impl Replicates {
 mod tests {
     use super::*;
 
-    /// Replicates of known variance: x_r = 1 ± d gives s²/K = d²·16/15/16.
+    /// Replicates of known variance: x_r = m ± d gives s²/K = d²·16/15/16. Half of the pixels have m = 1, half m = 3, so e = 0.01 · 2².
     #[test]
     fn the_estimate_is_the_closed_form() {
         let mut replicates = Replicates::new([8, 8]);
         let d = 0.25;
         for r in 0..Replicates::K {
-            let x = if r % 2 == 0 { 1.0 + d } else { 1.0 - d };
+            let d = if r % 2 == 0 { d } else { -d };
             for slot in 0..64 {
-                replicates.add(r, slot, [x; 3]);
+                replicates.add(r, slot, [if slot % 2 == 0 { 1.0 + d } else { 3.0 + d }; 3]);
             }
         }
         let variance = f64::from(d * d) / 15.0;
-        let square = 1.0 - variance;
-        let want = variance / (square + 0.01 * square);
+        let of = |m: f64| variance / (m * m - variance + 0.04);
+        let want = 0.5 * (of(1.0) + of(3.0));
         assert!((replicates.estimate(1, 1.0).rel_mse / want - 1.0).abs() < 1e-9);
     }
 

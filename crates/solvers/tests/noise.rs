@@ -33,8 +33,8 @@ const FILTERS: [(&str, &str); 3] = [
     ("gaussian", r#"<rfilter type="gaussian"/>"#),
 ];
 
-/// The mean estimate over eight renders is within a factor of the mean truth: 1.25 for the box, 1.6 for wider filters, whose noise is estimated as if
-/// each pixel's samples were independent.
+/// The mean estimate over eight renders is within a factor of 1.25 of the mean truth. (It is low by about a tenth: replicates that met bright
+/// light by chance raise the mean that their variance is divided by. For wide filters samples are taken to be independent, too.)
 #[test]
 fn the_estimate_is_near_the_truth() {
     for (name, filter) in FILTERS {
@@ -48,8 +48,8 @@ fn the_estimate_is_near_the_truth() {
             truth += rel_mse(&film.develop(), &reference);
             told += outcome.noise.expect("noise mode").rel_mse;
         }
-        let (ratio, most) = (told / truth, if name == "box" { 1.25 } else { 1.6 });
-        assert!(ratio > 1.0 / most && ratio < most, "{name}: told {told:.3e}, true {truth:.3e}, ratio {ratio:.3}");
+        let ratio = told / truth;
+        assert!((0.8..=1.25).contains(&ratio), "{name}: told {told:.3e}, true {truth:.3e}, ratio {ratio:.3}");
     }
 }
 

@@ -192,7 +192,9 @@ fn fill(
 #[inline]
 pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x, y]: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
     let within = u.u2(Dim::at(0, slot::PIXEL));
-    let position = Vec2::new(x as f32, y as f32) + within;
+    // Far from zero the sum may round up to the next pixel: this one would go without, and stay black with a single sample.
+    let below = |n: u32| (n as f32 + 1.0).next_down();
+    let position = (Vec2::new(x as f32, y as f32) + within).min(Vec2::new(below(x), below(y)));
     // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
     let on_film = Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within;
     let ray = c.scene.views[run.view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
