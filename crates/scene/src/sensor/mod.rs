@@ -64,6 +64,17 @@ impl SensorSample {
     }
 }
 
+/// A passage of light through the lens, from its front.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Passage {
+    /// Where along the ray nothing can be in the way any more: on the near plane.
+    pub t: f32,
+    /// We of the camera's ray along the same line, 1/(m² sr).
+    pub we: f32,
+    /// Its place on the film, in pixels of the full film.
+    pub pixel: Vec2,
+}
+
 /// What every camera answers.
 pub trait Camera {
     /// We of the ray that leaves the lens point `p` in the unit direction `w`, per pixel and 1/(m² sr) (1/sr for a pinhole, whose `p` is
@@ -82,6 +93,17 @@ pub trait Camera {
     /// A point on the lens, drawn by `lens` in the unit square, as seen from `from`; `None` where it falls on no part of the film or `from`
     /// is not between the near and the far plane.
     fn sample_direction(&self, from: Vec3, lens: Vec2) -> Option<SensorSample>;
+
+    /// Whether there is a lens of some size: whether [`Camera::passage`] ever finds anything.
+    fn has_lens(&self) -> bool {
+        false
+    }
+
+    /// Where `ray`, which light travels along, passes the lens from its front; `None` where it does not, falls on no part of the film, or does
+    /// not start between the near and the far plane.
+    fn passage(&self, _ray: &Ray) -> Option<Passage> {
+        None
+    }
 }
 
 macro_rules! sensors {
@@ -132,6 +154,17 @@ macro_rules! sensors {
             #[inline]
             pub fn sample_direction(&self, from: Vec3, lens: Vec2) -> Option<SensorSample> {
                 match self { $(Self::$model(m) => m.sample_direction(from, lens),)* }
+            }
+
+            /// Whether there is a lens of some size; see [`Camera::has_lens`].
+            pub fn has_lens(&self) -> bool {
+                match self { $(Self::$model(m) => m.has_lens(),)* }
+            }
+
+            /// Where light that travels along `ray` passes the lens; see [`Camera::passage`].
+            #[inline]
+            pub fn passage(&self, ray: &Ray) -> Option<Passage> {
+                match self { $(Self::$model(m) => m.passage(ray),)* }
             }
         }
     };

@@ -11,11 +11,11 @@
 //! | `focus_distance` | z_f along the axis, m | the far plane |
 //! | all others | as of `perspective` | |
 
-use super::{Camera, CameraRay, Projection, SensorSample};
+use super::{Camera, CameraRay, Passage, Projection, SensorSample};
 use crate::emitter::PositionPdf;
 use etendue_numerics::math::PI;
 use etendue_numerics::warp::square_to_disk;
-use etendue_numerics::{Pdf, Vec2, Vec3};
+use etendue_numerics::{Pdf, Ray, Vec2, Vec3};
 
 /// A camera with a lens.
 #[derive(Clone, Debug)]
@@ -83,5 +83,21 @@ impl Camera for ThinLens {
             pdf: Pdf::SolidAngle(r2 / (w.z * self.lens_area())),
             pixel,
         })
+    }
+
+    fn has_lens(&self) -> bool {
+        true
+    }
+
+    fn passage(&self, ray: &Ray) -> Option<Passage> {
+        let axes = &self.projection.axes;
+        let (o, d) = (self.projection.place(ray.o)?, axes.to_local(ray.d));
+        let lens = o - d * (o.z / d.z);
+        if d.z >= 0.0 || lens.truncate().length_squared() > self.aperture_radius * self.aperture_radius {
+            return None;
+        }
+        let pixel = self.pixel_of(lens.with_z(0.0), -d)?;
+        let t = (self.projection.clip[0] - o.z) / d.z;
+        Some(Passage { t, we: self.projection.we(-d.z) / self.lens_area(), pixel })
     }
 }
