@@ -71,7 +71,7 @@ fn balls() -> Scene {
 fn a_room_with_gold_and_glass() {
     let mut family = Family::default();
     let effort = Effort { path: 256, nee: 512, mis: 128, oracle: 512 };
-    all_agree(&mut family, "room", &balls(), PathRules::default().with_bounces(0..=5), &effort, 0.3);
+    all_agree(&mut family, "room", &balls(), PathRules::default().with_bounces(0..=5), &effort, 0.1);
     family.must_hold();
 }
 
@@ -138,7 +138,7 @@ fn a_sky_and_instances() {
         diffuse(0.3)
     ));
     let effort = Effort { path: 512, nee: 256, mis: 64, oracle: 512 };
-    all_agree(&mut family, "sky and instances", &scene, PathRules::default(), &effort, 0.3);
+    all_agree(&mut family, "sky and instances", &scene, PathRules::default(), &effort, 0.15);
     family.must_hold();
 }
 
@@ -153,11 +153,11 @@ fn masks_and_null_surfaces() {
                 <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.6, 0.6"/></bsdf></bsdf></bsdf></shape>
         <shape type="cube"><transform name="to_world"><scale value="0.3"/><translate y="-0.6"/></transform><bsdf type="null"/></shape>"#,
     );
-    let effort = Effort { path: 128, nee: 384, mis: 128, oracle: 384 };
+    let effort = Effort { path: 64, nee: 160, mis: 64, oracle: 192 };
     for null_counts in [true, false] {
         for max_edges in [3, 6] {
             let rules = PathRules { null_counts, max_edges, ..PathRules::default() };
-            all_agree(&mut family, &format!("masks, {max_edges} edges, null counts: {null_counts}"), &scene, rules, &effort, 0.4);
+            all_agree(&mut family, &format!("masks, {max_edges} edges, null counts: {null_counts}"), &scene, rules, &effort, 0.25);
         }
     }
     family.must_hold();
@@ -189,7 +189,7 @@ fn bumpy_normals() {
         diffuse(0.5)
     ));
     let effort = Effort { path: 512, nee: 128, mis: 64, oracle: 256 };
-    all_agree(&mut family, "bumps", &scene, PathRules::default(), &effort, 0.3);
+    all_agree(&mut family, "bumps", &scene, PathRules::default(), &effort, 0.22);
     family.must_hold();
 }
 
@@ -205,6 +205,6 @@ fn many_kinds_of_light() {
             <emitter type="area"><rgb name="radiance" value="1, 1, 9"/></emitter></shape>"#,
     );
     let effort = Effort { path: 0, nee: 256, mis: 128, oracle: 0 };
-    all_agree(&mut family, "kinds of light", &scene, PathRules::default().with_bounces(0..=3), &effort, 0.3);
+    all_agree(&mut family, "kinds of light", &scene, PathRules::default().with_bounces(0..=3), &effort, 0.05);
     family.must_hold();
 }

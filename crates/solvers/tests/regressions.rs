@@ -82,7 +82,7 @@ fn mirrored_meshes_with_vertex_normals() {
 fn no_sample_falls_into_the_next_pixel() {
     let scene = scene(&format!(
         r#"{}<emitter type="constant"><rgb name="radiance" value="1"/></emitter>"#,
-        camera("0, 0, 0", "0, 0, 1", "0, 1, 0", 60.0, [2048, 48])
+        camera("0, 0, 0", "0, 0, 1", "0, 1, 0", 60.0, [4096, 48])
     ));
     let picture = picture(&scene, &Path, samples(1));
     assert_eq!(picture.iter().filter(|p| **p != [1.0; 3]).count(), 0);

@@ -8,7 +8,7 @@
 
 pub mod checks;
 
-use etendue_check::{ConfidenceInterval, MeanTest, Moments, Verdict, compare_means, family_wise, student_p, t_test};
+use etendue_check::{MeanTest, Moments, Verdict, compare_means, family_wise, student_p, t_test};
 use etendue_description::Diagnostics;
 use etendue_film::{Film, FilmShape};
 use etendue_formats::ReadOptions;
@@ -227,20 +227,6 @@ impl Family {
         bad.sort_by(|(_, a), (_, b)| a.interval().p_value.total_cmp(&b.interval().p_value));
         let words: Vec<String> = bad.iter().take(12).map(|(what, v)| format!("{what}: {v}")).collect();
         assert!(bad.is_empty(), "{} of {} claims do not hold\n{}", bad.len(), self.claims.len(), words.join("\n"));
-    }
-
-    /// The widest confidence interval relative to its bound: how near the design is to being inconclusive.
-    pub fn tightness(&self) -> f64 {
-        let ratio = |v: &Verdict| {
-            let ConfidenceInterval { half_width, bound, difference, .. } = v.interval();
-            (half_width + difference.abs()) / bound
-        };
-        self.verdicts().iter().map(|(_, v)| ratio(v)).fold(0.0, f64::max)
-    }
-
-    /// Number of claims.
-    pub fn len(&self) -> usize {
-        self.claims.len()
     }
 }
 
