@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Fault {
     /// The control.
-    NoFault,
+    Faultless,
     /// f Le V / p, without cosθ.
     LostCosine,
     /// The light's density halved: its light doubled.
@@ -266,7 +266,7 @@ impl Checks {
 #[test]
 fn every_fault_is_caught() {
     let checks = Checks::new();
-    checks.of(&Saboteur(NoFault)).must_hold();
+    checks.of(&Saboteur(Faultless)).must_hold();
     for fault in FAULTS {
         let failures = checks.of(&Saboteur(fault)).failures();
         assert!(!failures.is_empty(), "{fault:?} goes unseen");
@@ -289,7 +289,7 @@ fn a_null_surface_that_is_no_edge_is_passed_by_the_last_edge_too() {
     let quad = 0.5 / PI * 2.0 * polygon_irradiance([0.3, 0.4, 0.0], &corners);
     let rules = PathRules { null_counts: false, max_edges: 2, ..PathRules::default() };
     let mut family = Family::default();
-    closed_form_by(&mut family, "null", &lamp, &Saboteur(NoFault), quad, samples(64).with(rules), 0.05);
+    closed_form_by(&mut family, "null", &lamp, &Saboteur(Faultless), quad, samples(64).with(rules), 0.05);
     family.must_hold();
 }
 
