@@ -50,7 +50,7 @@ pub(crate) fn choose(asked: Option<&str>, loaded: &Loaded) -> Result<Choice, Ren
         let words = match asked {
             Some(_) => format!("the solver `{name}` is not there yet\n  help: solvers that are: {}", solver_names()),
             None => format!(
-                "the scene asks for `{name}` (light traced from the emitters), which is not there yet\n  \
+                "the scene asks for light traced from the emitters (`{name}`, Mitsuba's `ptracer`), which is not there yet\n  \
                  help: --solver path-mis renders the same light from the eye"
             ),
         };

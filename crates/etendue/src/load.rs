@@ -1,7 +1,7 @@
 //! From a file, or the name of a built-in scene, to a compiled scene.
 
 use crate::render::RenderError;
-use crate::{builtin, digest, pool};
+use crate::{builtin, digest, mistakes, pool};
 use etendue_description::{Description, Diagnostics, nearest};
 use etendue_formats::ReadOptions;
 use etendue_scene::{CompileOptions, Scene};
@@ -80,11 +80,12 @@ fn load_here(scene: &str, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let begun = Instant::now();
     let (name, (description, mut diagnostics)) = read(scene, options)?;
     let read_time = begun.elapsed();
+    let compile_options = CompileOptions { size: None, width: options.width, height: options.height };
     if diagnostics.has_errors() {
+        mistakes::add_those_of_the_compiler(&description, &compile_options, &mut diagnostics);
         return Err(LoadError::Scene(Box::new((description, diagnostics))));
     }
     let begun = Instant::now();
-    let compile_options = CompileOptions { size: None, width: options.width, height: options.height };
     let Some(scene) = etendue_scene::compile(&description, &compile_options, &mut diagnostics) else {
         return Err(LoadError::Scene(Box::new((description, diagnostics))));
     };

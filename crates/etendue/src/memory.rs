@@ -15,6 +15,8 @@ pub struct Need {
     pub layer_bytes: u64,
     /// Whether checkpoints are made.
     pub checkpoints: bool,
+    /// Whether it goes on from a checkpoint, which is held meanwhile.
+    pub resumes: bool,
 }
 
 impl Need {
@@ -22,15 +24,16 @@ impl Need {
     const SUMS: u64 = 4 * 16;
     /// Bytes per pixel while the picture is developed and written: f32 colours, as many again shown on a display, and the file.
     const PICTURES: u64 = 4 * 12;
-    /// Bytes per pixel of a checkpoint: a copy of the sums, and its encoding (a growing buffer of up to 19 bytes a sum, twice).
-    const CHECKPOINT: u64 = Self::SUMS + 2 * 4 * 19;
+    /// Bytes per pixel of a checkpoint: a copy of the sums, and its encoding, whose numbers take 13 bytes each after a thousand samples.
+    const CHECKPOINT: u64 = Self::SUMS + 4 * 13;
 
     /// The most bytes that are held at one time.
     pub fn bytes(&self) -> u64 {
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
         let checkpoint = if self.checkpoints { Self::CHECKPOINT } else { 0 };
+        let resumed = if self.resumes { Self::SUMS } else { 0 };
         // Films and finished pictures are not held together, but for the layers.
-        let rendering = Self::SUMS + self.layer_bytes + checkpoint.max(12);
+        let rendering = Self::SUMS + self.layer_bytes + resumed + checkpoint.max(12);
         let writing = Self::PICTURES + 2 * self.layer_bytes;
         let replicates = match self.stop {
             Stop::Noise { .. } => pixels.min(Replicates::TRACKED) * 24 * Replicates::K as u64,

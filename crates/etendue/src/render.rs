@@ -6,9 +6,10 @@ use crate::load::Loaded;
 use crate::memory::{self, Need};
 use crate::stats::Stats;
 use crate::{layers, pool};
-use etendue_film::{Film, FilmShape, NonFinite};
+use etendue_film::{Film, FilmShape, NoiseEstimate, NonFinite};
 use etendue_image::{Image, Layer, Picture};
 use etendue_numerics::SequenceKind;
+use etendue_numerics::kernel::Kernel;
 use etendue_scene::View;
 use etendue_solvers::aov::Quantity;
 use etendue_solvers::{CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
@@ -66,8 +67,8 @@ pub struct Rendering {
     pub picture: Picture,
     /// The numbers.
     pub stats: Stats,
-    /// How it ended.
-    pub outcome: Outcome,
+    /// Why it ended.
+    pub stopped: Stopped,
     /// Why the picture is black, if it is.
     pub black: Vec<String>,
     /// The words of a panic that ended the render early; the picture holds what was rendered before.
@@ -93,18 +94,39 @@ impl fmt::Display for RenderError {
 
 impl std::error::Error for RenderError {}
 
+/// What a render will do, after all that can be refused has been.
+struct Plan<'a> {
+    view: &'a View,
+    choice: Choice,
+    layers: Vec<layers::Plan>,
+    shape: FilmShape,
+    stop: Stop,
+}
+
+impl<'a> Plan<'a> {
+    fn new(loaded: &'a Loaded, options: &RenderOptions) -> Result<Self, RenderError> {
+        let view = view(loaded, options.view)?;
+        let choice = choose(options.solver.as_deref(), loaded)?;
+        let layers = layers::plan(loaded, &options.aovs)?;
+        let shape = FilmShape { size: view.film.crop_size, kernel: view.film.filter };
+        let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
+        let layer_bytes = layers::bytes_per_pixel(&layers);
+        let checkpoints = options.checkpoint_every.is_some();
+        Need { size: shape.size, stop, layer_bytes, checkpoints, resumes: options.resume.is_some() }.check()?;
+        Ok(Self { view, choice, layers, shape, stop })
+    }
+}
+
+/// Whether [`render`] would begin: an unknown view or solver, a scene that the solver cannot do and a picture too large for
+/// memory are refused here.
+pub fn check(loaded: &Loaded, options: &RenderOptions) -> Result<(), RenderError> {
+    Plan::new(loaded, options).map(drop)
+}
+
 /// Renders a view of a scene.
 pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result<Rendering, RenderError> {
-    // All that can be refused is refused before the first ray.
     let scene = &loaded.scene;
-    let view = view(loaded, options.view)?;
-    let choice = choose(options.solver.as_deref(), loaded)?;
-    let plans = layers::plan(loaded, &options.aovs)?;
-    let shape = FilmShape { size: view.film.crop_size, kernel: view.film.filter };
-    let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
-    let layer_bytes = layers::bytes_per_pixel(&plans);
-    Need { size: shape.size, stop, layer_bytes, checkpoints: options.checkpoint_every.is_some() }.check()?;
-
+    let Plan { view, choice, layers: plans, shape, stop } = Plan::new(loaded, options)?;
     let pool = pool::pool(options.threads)?;
     let rules = rules(loaded, options);
     let sequence = options.sequence.unwrap_or_default();
@@ -135,11 +157,11 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         Choice::Solver(solver) => (solver.name(), guarded(|| solver.render(scene, &run, &film, resume))),
         Choice::Quantity(aov) => (aov.0.name(), guarded(|| etendue_solvers::render(aov, "aov", scene, &run, &film, resume))),
     };
-    let (outcome, failure) = match attempt {
-        Ok(outcome) => (outcome.map_err(|e| RenderError(e.to_string()))?, None),
+    let (end, failure) = match attempt {
+        Ok(outcome) => (End::of(&outcome.map_err(|e| RenderError(e.to_string()))?), None),
         Err(words) => {
             let passes = watch.progress.passes.load(Ordering::Relaxed) as u32;
-            (Outcome { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed() }, Some(words))
+            (End { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed() }, Some(words))
         }
     };
 
@@ -147,21 +169,21 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
     let (nonfinite, first) = film.dropped();
     drop(film);
     let mean = mean(&pixels);
-    let layers = if failure.is_some() { Vec::new() } else { layers::render(&plans, outcome.passes, loaded, &run, shape)? };
+    let layers = if failure.is_some() { Vec::new() } else { layers::render(&plans, end.passes, loaded, &run, shape)? };
     let black = if mean == [0.0; 3] { why_black(loaded, &rules) } else { Vec::new() };
-    let picture = picture(pixels, view.film.channels, shape.size, layers, words(loaded, name, &outcome, &run, view))?;
+    let picture = picture(pixels, view.film.channels, shape.size, layers, words(loaded, name, end.passes, &run, view))?;
     let stats = Stats {
         software: software(),
         scene: loaded.name.clone(),
         solver: name.to_owned(),
         width: shape.size[0],
         height: shape.size[1],
-        spp: outcome.passes,
+        spp: end.passes,
         seed: run.seed,
         threads: pool.current_num_threads(),
         load_seconds: loaded.read_time.as_secs_f64(),
         build_seconds: loaded.build_time.as_secs_f64(),
-        render_seconds: outcome.elapsed.as_secs_f64(),
+        render_seconds: end.elapsed.as_secs_f64(),
         paths: watch.progress.paths.load(Ordering::Relaxed),
         rays: watch.progress.rays.load(Ordering::Relaxed),
         peak_memory_bytes: memory::peak(),
@@ -169,10 +191,24 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         nonfinite_first: first.iter().map(|NonFinite { pixel, sample }| [pixel[0], pixel[1], *sample]).collect(),
         triangles: scene.triangles,
         mean,
-        stopped: if failure.is_some() { "failed" } else { stopped_word(outcome.stopped) }.to_owned(),
-        noise_percent: outcome.noise.map(|n| <[f64; 3]>::from(n.percent())),
+        stopped: if failure.is_some() { "failed" } else { stopped_word(end.stopped) }.to_owned(),
+        noise_percent: end.noise.map(|n| <[f64; 3]>::from(n.percent())),
     };
-    Ok(Rendering { picture, stats, outcome, black, failure })
+    Ok(Rendering { picture, stats, stopped: end.stopped, black, failure })
+}
+
+/// How a render ended, of itself or by a panic.
+struct End {
+    stopped: Stopped,
+    passes: u32,
+    noise: Option<NoiseEstimate>,
+    elapsed: Duration,
+}
+
+impl End {
+    fn of(outcome: &Outcome) -> Self {
+        Self { stopped: outcome.stopped, passes: outcome.passes, noise: outcome.noise, elapsed: outcome.elapsed }
+    }
 }
 
 fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> {
@@ -219,16 +255,16 @@ fn why_black(loaded: &Loaded, rules: &PathRules) -> Vec<String> {
 }
 
 /// The words for a picture's header: all that decides its pixels, and nothing that does not, so that equal renders are equal files.
-fn words(loaded: &Loaded, solver: &str, outcome: &Outcome, run: &Run<'_>, view: &View) -> Vec<(String, String)> {
+fn words(loaded: &Loaded, solver: &str, passes: u32, run: &Run<'_>, view: &View) -> Vec<(String, String)> {
     let most = |n: u32| if n == u32::MAX { "unbounded".to_owned() } else { n.to_string() };
     let mut words = vec![
         ("software", software()),
         ("scene", loaded.name.clone()),
         ("solver", solver.to_owned()),
-        ("samples-per-pixel", outcome.passes.to_string()),
+        ("samples-per-pixel", passes.to_string()),
         ("seed", run.seed.to_string()),
         ("sampler", format!("{:?}", run.sequence).to_lowercase()),
-        ("filter", format!("{:?}", view.film.filter)),
+        ("filter", filter_words(&view.film.filter)),
         ("max-depth", most(run.rules.max_edges)),
     ];
     if run.rules.min_edges > 1 {
@@ -239,6 +275,18 @@ fn words(loaded: &Loaded, solver: &str, outcome: &Outcome, run: &Run<'_>, view: 
         words.push(("crop", format!("from ({x}, {y}) of {w} x {h}")));
     }
     words.into_iter().map(|(name, word)| (name.to_owned(), word)).collect()
+}
+
+/// A reconstruction filter and its parameter in words.
+pub fn filter_words(kernel: &Kernel) -> String {
+    match kernel {
+        Kernel::Box { radius } => format!("box, radius {radius}"),
+        Kernel::Tent { radius } => format!("tent, radius {radius}"),
+        Kernel::Gaussian { stddev } => format!("gaussian, stddev {stddev}"),
+        Kernel::Mitchell { b, c } => format!("mitchell, B {b}, C {c}"),
+        Kernel::CatmullRom => "catmullrom".to_owned(),
+        Kernel::Lanczos { lobes } => format!("lanczos, {lobes} lobes"),
+    }
 }
 
 /// Three channels, or luminance alone.
@@ -296,7 +344,7 @@ mod tests {
     #[test]
     fn a_panic_does_not_take_the_film_with_it() {
         let pool = pool::pool(Some(2)).expect("two threads");
-        let film = Film::new(FilmShape { size: [8, 8], kernel: etendue_numerics::kernel::Kernel::Box { radius: 0.5 } });
+        let film = Film::new(FilmShape { size: [8, 8], kernel: Kernel::Box { radius: 0.5 } });
         let words = guarded(|| {
             pool.install(|| {
                 (0..8u32).into_par_iter().for_each(|y| {

@@ -2,6 +2,7 @@
 
 use super::{Done, output, parse};
 use clap::Args;
+use etendue::render::filter_words;
 use etendue::{LoadOptions, Stop, load, memory};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -35,13 +36,14 @@ pub fn run(arguments: &InfoArguments) -> Done {
         row(
             "view",
             format!(
-                "{}, {w} x {h} pixels{crop}, filter {:?}, {} samples per pixel",
-                view.sensor.name(),
-                film.filter,
-                view.sampler.count
+                "{}, {w} x {h} pixels{crop}, {} samples per pixel, filter: {}",
+                view.sensor.name().to_lowercase(),
+                view.sampler.count,
+                filter_words(&film.filter)
             ),
         );
-        let need = memory::Need { size: film.crop_size, stop: Stop::Samples(1), layer_bytes: 0, checkpoints: false };
+        let need =
+            memory::Need { size: film.crop_size, stop: Stop::Samples(1), layer_bytes: 0, checkpoints: false, resumes: false };
         row("film", format!("{} while rendering", memory::human(need.bytes())));
     }
     let depth = scene.integrator.max_depth.map_or("unbounded".to_owned(), |d| d.to_string());
@@ -69,7 +71,7 @@ pub fn run(arguments: &InfoArguments) -> Done {
 fn tally<'a>(names: impl Iterator<Item = &'a str>) -> String {
     let mut counts = BTreeMap::new();
     for name in names {
-        *counts.entry(name).or_insert(0usize) += 1;
+        *counts.entry(name.to_lowercase()).or_insert(0usize) += 1;
     }
     let words: Vec<_> = counts.iter().map(|(name, n)| format!("{n} {name}")).collect();
     if words.is_empty() { "none".to_owned() } else { words.join(", ") }

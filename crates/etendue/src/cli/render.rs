@@ -5,7 +5,7 @@ use super::progress::{Display, NoiseCell, Style};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, summary};
 use clap::Args;
-use etendue::{Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, cores, load, render};
+use etendue::{Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, check, cores, load, render};
 use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
@@ -46,7 +46,7 @@ pub struct RenderArguments {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Threads; all cores otherwise. The picture is the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Width of the picture in pixels; the height follows in proportion unless it is given too.
     #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..))]
@@ -127,9 +127,12 @@ pub fn run(a: &RenderArguments) -> Done {
         checkpoint_every: a.checkpoint.as_ref().map(|_| a.checkpoint_every),
         resume,
     };
-
     if !a.quiet {
         output::diagnostics(&loaded.diagnostics, &loaded.description);
+    }
+    check(&loaded, &options).map_err(|e| e.to_string())?;
+
+    if !a.quiet {
         if !a.aov.is_empty() && !pictures.iter().any(|p| Format::of_path(p) == Some(Format::Exr)) {
             output::message("warning: layers are written to .exr only, and no such file is asked for");
         }
@@ -165,7 +168,7 @@ pub fn run(a: &RenderArguments) -> Done {
     if rendering.failure.is_some() {
         return Err("the render ended early; the picture holds what was done before".to_owned());
     }
-    Ok(if rendering.outcome.stopped == Stopped::Cancelled { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(if rendering.stopped == Stopped::Cancelled { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }
 
 fn pictures(a: &RenderArguments, name: &str) -> Vec<PathBuf> {

@@ -43,10 +43,10 @@ pub fn tell(rendering: &Rendering, files: &[PathBuf], target: Option<f64>) {
         memory::human(s.peak_memory_bytes)
     ));
     if let (Some([value, low, high]), Some(target)) = (s.noise_percent, target) {
-        let verdict = if rendering.outcome.stopped == Stopped::Noise { "reached" } else { "not reached" };
+        let verdict = if rendering.stopped == Stopped::Noise { "reached" } else { "not reached" };
         message(&format!("noise target {target} % {verdict}: √relMSE is {value:.3} % (95 % interval {low:.3} to {high:.3} %)"));
     }
-    if rendering.outcome.stopped == Stopped::Cancelled && rendering.failure.is_none() {
+    if rendering.stopped == Stopped::Cancelled && rendering.failure.is_none() {
         message("stopped before the end, as asked");
     }
     if s.nonfinite_samples > 0 {
