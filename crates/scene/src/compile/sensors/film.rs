@@ -18,7 +18,7 @@ const GAUSSIAN: Kernel = Kernel::Gaussian { stddev: 0.5 };
 const MAX_SIDE: i64 = 1 << 20;
 const MAX_PIXELS: u64 = 1 << 28;
 /// What a pixel takes while it is rendered, about.
-const BYTES_PER_PIXEL: u64 = 64;
+const BYTES_PER_PIXEL: f64 = 64.0;
 
 impl<'a> Compiler<'a> {
     /// The film among a sensor's children, or the default one: 768 × 576 pixels.
@@ -50,7 +50,7 @@ impl<'a> Compiler<'a> {
         let pixels = u64::from(crop_size[0]) * u64::from(crop_size[1]);
         if pixels > MAX_PIXELS {
             let [w, h] = crop_size;
-            let gib = (pixels * BYTES_PER_PIXEL) as f64 / (1u64 << 30) as f64;
+            let gib = pixels as f64 * BYTES_PER_PIXEL / (1u64 << 30) as f64;
             let text = format!("a film of {w} x {h} is {} million pixels and needs about {gib:.0} GiB", pixels / 1_000_000);
             self.diagnostics
                 .error(params.span(), text)
