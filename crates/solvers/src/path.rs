@@ -17,7 +17,7 @@ pub struct Path;
 
 impl PathSolver for Path {
     fn needs(&self) -> Needs {
-        Needs { lights_that_can_be_hit: true }
+        Needs { lights_that_can_be_hit: true, ..Needs::default() }
     }
 
     #[inline]

@@ -59,9 +59,9 @@ impl CancelToken {
 pub struct Progress {
     /// Whole passes done.
     pub passes: AtomicU64,
-    /// Tiles done in the pass that runs.
+    /// Units of work done in the pass that runs: tiles of pixels, chunks of particles.
     pub tiles: AtomicU64,
-    /// Tiles of a pass.
+    /// Units of a pass.
     pub tiles_per_pass: AtomicU64,
     /// Paths started.
     pub paths: AtomicU64,

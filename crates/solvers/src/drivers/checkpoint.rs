@@ -1,7 +1,7 @@
 //! The state of a render between two passes, as bytes: the fields one after another, and a digest of them, so that a damaged file is not
 //! taken for a picture.
 
-use super::pixels::TileLedger;
+use super::ledger::Ledger;
 use crate::run::{Run, Stop};
 use etendue_film::{Film, Replicates, Sums};
 use etendue_numerics::sequence::mix;
@@ -52,7 +52,7 @@ impl Checkpoint {
         passes: u32,
         state: &impl Serialize,
         film: &Film,
-        tiles: &TileLedger,
+        tiles: &Ledger,
         replicates: Option<&Mutex<Replicates>>,
     ) -> Self {
         Self {
@@ -99,7 +99,7 @@ impl Checkpoint {
     pub(super) fn restore<S: DeserializeOwned>(
         &self,
         film: &Film,
-        tiles: &TileLedger,
+        tiles: &Ledger,
         replicates: Option<&Mutex<Replicates>>,
     ) -> Result<S, CannotResume> {
         let damaged = || CannotResume("the checkpoint is damaged".to_owned());

@@ -1,16 +1,21 @@
 //! The loop around a solver's passes: clock, noise test, cancellation, progress and checkpoints are written here, once.
 
+mod books;
 mod checkpoint;
+mod ledger;
+pub mod particles;
 pub mod pixels;
 
+pub use books::{Balance, Books};
 pub use checkpoint::{CannotResume, Checkpoint};
+pub use ledger::Ledger;
+pub use particles::ParticleSolver;
 pub use pixels::PixelSolver;
 
 use crate::run::{Event, Progress, Run, Stop, Stopped};
 use crate::solver::Solver;
 use etendue_film::{Film, NoiseEstimate, Replicates};
 use etendue_scene::Scene;
-use pixels::TileLedger;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -21,8 +26,8 @@ pub struct Work<'a> {
     pub film: &'a Film,
     /// Replicate sums, in noise mode.
     pub replicates: Option<&'a Mutex<Replicates>>,
-    /// Which tiles of the pass are done; a stopped pass leaves some undone.
-    pub tiles: &'a TileLedger,
+    /// Which units of the pass are done; a stopped pass leaves some undone.
+    pub units: &'a Ledger,
     /// Whether the pass should stop where it is.
     pub stop_now: &'a (dyn Fn() -> bool + Sync),
     /// Counters.
@@ -40,6 +45,8 @@ pub struct Outcome {
     pub noise: Option<NoiseEstimate>,
     /// From the first ray to the last, of this call.
     pub elapsed: Duration,
+    /// Where the light went, if the solver follows light.
+    pub books: Option<Balance>,
 }
 
 /// Runs `solver` until `run.stop`, from the beginning or from a checkpoint, adding to a blank `film`.
@@ -56,7 +63,7 @@ pub fn render<S: Solver>(
     let begun = Instant::now();
     let mut state = solver.prepare(scene, run);
     let mut k = 0;
-    let ledger = TileLedger::new(film.shape().size);
+    let ledger = Ledger::new(solver.units(film.shape().size));
     let noise_mode = matches!(run.stop, Stop::Noise { .. });
     let replicates = noise_mode.then(|| Mutex::new(Replicates::new(film.shape().size)));
     if let Some(checkpoint) = resume {
@@ -82,7 +89,7 @@ pub fn render<S: Solver>(
         let time_up = || matches!(run.stop, Stop::Time(limit) if k > 0 && begun.elapsed() >= limit);
         let stop_now = || run.cancel.is_cancelled() || time_up();
         if !stop_now() {
-            let work = Work { film, replicates: replicates.as_ref(), tiles: &ledger, stop_now: &stop_now, progress: run.progress };
+            let work = Work { film, replicates: replicates.as_ref(), units: &ledger, stop_now: &stop_now, progress: run.progress };
             run.pool.install(|| solver.pass(scene, run, &mut state, k, &work));
         }
         if stop_now() && !ledger.is_complete() {
@@ -113,7 +120,7 @@ pub fn render<S: Solver>(
     if run.checkpoint_every.is_some() {
         (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates.as_ref())));
     }
-    Ok(Outcome { stopped, passes: k, noise, elapsed: begun.elapsed() })
+    Ok(Outcome { stopped, passes: k, noise, elapsed: begun.elapsed(), books: solver.books(&state) })
 }
 
 /// Noise is tested after K·2^j passes only: testing at every pass would stop on lucky ones.

@@ -2,7 +2,7 @@
 
 use super::Work;
 use crate::run::{Run, Stop};
-use crate::solver::{Needs, Solver};
+use crate::solver::{Estimates, Needs, Solver};
 use crate::transport::{Context, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
@@ -10,13 +10,18 @@ use etendue_numerics::{Dim, Ray, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::{FilmSettings, Scene, SurfaceId};
 use rayon::prelude::*;
 use std::sync::PoisonError;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 
 /// A solver that answers one question: how much radiance arrives along a camera ray?
 pub trait PixelSolver: Sync {
     /// What a scene must have.
     fn needs(&self) -> Needs {
         Needs::default()
+    }
+
+    /// What its picture is an estimate of.
+    fn estimates(&self) -> Estimates {
+        Estimates::Light
     }
 
     /// An estimate of L along the walk's first ray, times its weight. Counts rays.
@@ -41,6 +46,14 @@ impl<T: PixelSolver> Solver for T {
         PixelSolver::needs(self)
     }
 
+    fn estimates(&self) -> Estimates {
+        PixelSolver::estimates(self)
+    }
+
+    fn units(&self, size: [u32; 2]) -> usize {
+        Tiling::new(size).len()
+    }
+
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
 
     fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
@@ -48,50 +61,19 @@ impl<T: PixelSolver> Solver for T {
     }
 }
 
-/// Which tiles of a pass are done. Pass k of a tile is a pure function of (seed, k), and sums have no order, so a stopped pass
-/// goes on later with the tiles that are left.
-#[derive(Debug)]
-pub struct TileLedger {
+/// How a picture is cut into tiles.
+struct Tiling {
     size: [u32; 2],
     edge: u32,
-    done: Vec<AtomicBool>,
 }
 
-impl TileLedger {
-    /// All tiles of a picture, none done.
-    pub fn new(size: [u32; 2]) -> Self {
-        // The partition decides how f32 sums are grouped, so it depends on the picture alone and never on the threads.
-        let edge = if u64::from(size[0]) * u64::from(size[1]) < 1 << 16 { 8 } else { 16 };
-        let count = size[0].div_ceil(edge) as usize * size[1].div_ceil(edge) as usize;
-        Self { size, edge, done: (0..count).map(|_| AtomicBool::new(false)).collect() }
+impl Tiling {
+    fn new(size: [u32; 2]) -> Self {
+        Self { size, edge: if u64::from(size[0]) * u64::from(size[1]) < 1 << 16 { 8 } else { 16 } }
     }
 
-    /// Number of tiles.
-    pub fn len(&self) -> usize {
-        self.done.len()
-    }
-
-    /// Whether the picture has no pixels.
-    pub fn is_empty(&self) -> bool {
-        self.done.is_empty()
-    }
-
-    /// Whether every tile is done.
-    pub fn is_complete(&self) -> bool {
-        self.done.iter().all(|d| d.load(Ordering::Relaxed))
-    }
-
-    /// Forgets what is done: a new pass begins.
-    pub fn clear(&self) {
-        self.done.iter().for_each(|d| d.store(false, Ordering::Relaxed));
-    }
-
-    pub(super) fn to_bools(&self) -> Vec<bool> {
-        self.done.iter().map(|d| d.load(Ordering::Relaxed)).collect()
-    }
-
-    pub(super) fn set(&self, done: &[bool]) {
-        self.done.iter().zip(done).for_each(|(d, x)| d.store(*x, Ordering::Relaxed));
+    fn len(&self) -> usize {
+        self.size[0].div_ceil(self.edge) as usize * self.size[1].div_ceil(self.edge) as usize
     }
 
     fn rectangle(&self, tile: usize) -> ([u32; 2], [u32; 2]) {
@@ -105,16 +87,17 @@ impl TileLedger {
 pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, work: &Work<'_>) {
     let context = Context { scene, rules: run.rules };
     let plan = SamplePlan::new(run, k);
-    (0..work.tiles.len()).into_par_iter().for_each_init(
+    let tiling = Tiling::new(work.film.shape().size);
+    (0..work.units.len()).into_par_iter().for_each_init(
         || work.film.tile(),
         |tile, index| {
-            if work.tiles.done[index].load(Ordering::Relaxed) || (work.stop_now)() {
+            if work.units.is_done(index) || (work.stop_now)() {
                 return;
             }
-            let (low, high) = work.tiles.rectangle(index);
+            let (low, high) = tiling.rectangle(index);
             let rays = fill(solver, &context, run, &plan, tile, low, high, work);
             work.film.add_tile(tile);
-            work.tiles.done[index].store(true, Ordering::Relaxed);
+            work.units.done(index);
             work.progress.tiles.fetch_add(1, Ordering::Relaxed);
             work.progress.rays.fetch_add(rays, Ordering::Relaxed);
             work.progress.paths.fetch_add(u64::from((high[0] - low[0]) * (high[1] - low[1])), Ordering::Relaxed);
@@ -123,16 +106,16 @@ pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, wor
 }
 
 /// Which sample of which point set a pass takes.
-struct SamplePlan {
-    seed: u64,
-    replicate: usize,
+pub(super) struct SamplePlan {
+    pub(super) seed: u64,
+    pub(super) replicate: usize,
     pass: u32,
-    sample: u32,
-    count: u32,
+    pub(super) sample: u32,
+    pub(super) count: u32,
 }
 
 impl SamplePlan {
-    fn new(run: &Run<'_>, k: u32) -> Self {
+    pub(super) fn new(run: &Run<'_>, k: u32) -> Self {
         let count = run.planned_samples();
         let plan = Self { seed: run.seed, replicate: 0, pass: k, sample: k, count };
         match run.stop {
@@ -203,7 +186,7 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
 }
 
 /// What is left of a camera ray behind the emitting surfaces that it meets first: hidden emitters do not stand in the eye's way.
-fn beyond_emitters(scene: &Scene, mut ray: Ray) -> Ray {
+pub(crate) fn beyond_emitters(scene: &Scene, mut ray: Ray) -> Ray {
     while let Some(hit) = scene.intersect(&ray)
         && scene.surface(SurfaceId(hit.geometry)).emitter.is_some()
     {

@@ -1,0 +1,68 @@
+//! Light tracing with next event estimation: particles leave the lights, and every surface that they meet is connected to the lens.
+//!
+//! ```text
+//! I_j = E[ Σ_k Φ_k f*(x_k → lens) |cosθ| We(lens → x_k) V(x_k, lens) h_j / p(lens) ]
+//! ```
+//!
+//! The dual of `path-nee`: the emitting point is connected, too, for emitters that the eye sees. Caustics are its strength. What a mirror or smooth
+//! glass shows the eye no connection can find, so scenes with such surfaces in view are refused.
+
+use crate::drivers::{Balance, Books, ParticleSolver, Work, particles};
+use crate::run::Run;
+use crate::solver::{Needs, Solver};
+use crate::transport::{LightContext, Particle, Tally, Vertex, emitter_to_sensor, to_sensor};
+use etendue_numerics::Sampler;
+use etendue_scene::Scene;
+
+/// The solver `light-nee`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LightNee;
+
+impl ParticleSolver for LightNee {
+    fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
+        tally.surroundings(c, u);
+        let Some((mut particle, light)) = Particle::emit(c.path.scene, u) else { return };
+        tally.emitted(particle.carried());
+        if let Some(query) = emitter_to_sensor(c, &particle, &light, u) {
+            tally.connect(c, &query, &particle);
+        }
+        while let Some(x) = particle.meet(c, tally) {
+            let vertex = Vertex::new(c.path.scene, x, &particle.wl);
+            if let Some(query) = to_sensor(c, &particle, &vertex, u) {
+                tally.connect(c, &query, &particle);
+            }
+            if !particle.turn(c, &vertex, u, tally) {
+                break;
+            }
+        }
+    }
+
+    /// The connection is an edge.
+    fn reach(&self, max_edges: u32) -> u32 {
+        max_edges.saturating_sub(1)
+    }
+}
+
+impl Solver for LightNee {
+    type State = Books;
+
+    fn needs(&self) -> Needs {
+        Needs { no_mirrors_in_view: true, ..Needs::default() }
+    }
+
+    fn units(&self, size: [u32; 2]) -> usize {
+        particles::units(size)
+    }
+
+    fn prepare(&self, _: &Scene, _: &Run<'_>) -> Books {
+        Books::default()
+    }
+
+    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) {
+        particles::pass(self, scene, run, books, k, work);
+    }
+
+    fn books(&self, books: &Books) -> Option<Balance> {
+        Some(books.balance())
+    }
+}
