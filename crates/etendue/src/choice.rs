@@ -4,11 +4,10 @@ use crate::load::Loaded;
 use crate::render::RenderError;
 use etendue_description::nearest;
 use etendue_solvers::aov::{Aov, Quantity};
-use etendue_solvers::{AnySolver, SOLVERS};
+use etendue_solvers::{AnySolver, ParameterError, SOLVERS};
 
 /// Solvers that are known by name and not there yet.
-const PLANNED: &[&str] =
-    &["whitted", "distribution", "light", "light-nee", "bidirectional", "photon-map", "metropolis", "radiosity", "auto"];
+const PLANNED: &[&str] = &["bidirectional", "photon-map", "metropolis", "radiosity", "auto"];
 
 /// Names that show what the eye sees first, as numbers: Mitsuba's `depth`, and `aov` without an integrator of light.
 const SHOWING: &[&str] = &["depth", "aov"];
@@ -19,6 +18,18 @@ pub(crate) enum Choice {
     Solver(Box<AnySolver>),
     /// A quantity of the first surfaces.
     Quantity(Aov),
+}
+
+impl Choice {
+    /// The solver's parameters as `name=value`, with spaces between; defaults included.
+    pub(crate) fn parameters(&self) -> String {
+        match self {
+            Self::Solver(solver) => {
+                solver.parameters().iter().map(|p| format!("{}={}", p.name, p.value)).collect::<Vec<_>>().join(" ")
+            }
+            Self::Quantity(_) => String::new(),
+        }
+    }
 }
 
 /// Refuses a name that no solver has, with the nearest one that some solver has; for callers who know the name before the scene.
@@ -39,28 +50,48 @@ fn solver_names() -> String {
 }
 
 /// The solver of `asked`, or of the scene; refused in words where it is not there yet or the scene is not for it.
-pub(crate) fn choose(asked: Option<&str>, loaded: &Loaded) -> Result<Choice, RenderError> {
+/// `parameters` are set on it in their order.
+pub(crate) fn choose(asked: Option<&str>, parameters: &[(String, String)], loaded: &Loaded) -> Result<Choice, RenderError> {
     let integrator = &loaded.scene.integrator;
     let name = asked.unwrap_or(&integrator.solver);
     if SHOWING.contains(&name) {
+        if let Some((parameter, _)) = parameters.first() {
+            return Err(RenderError(format!("`{name}` has no parameters, and `{parameter}` is given")));
+        }
         return shown_quantity(name, loaded).map(|q| Choice::Quantity(Aov(q)));
     }
     check_solver_name(name)?;
-    let Some(solver) = AnySolver::new(name, integrator) else {
-        let words = match asked {
-            Some(_) => format!("the solver `{name}` is not there yet\n  help: solvers that are: {}", solver_names()),
-            None => format!(
-                "the scene asks for light traced from the emitters (`{name}`, Mitsuba's `ptracer`), which is not there yet\n  \
-                 help: --solver path-mis renders the same light from the eye"
-            ),
-        };
+    let Some(mut solver) = AnySolver::new(name, integrator) else {
+        let words = format!("the solver `{name}` is not there yet\n  help: solvers that are: {}", solver_names());
         return Err(RenderError(words));
     };
     solver.needs().check(&loaded.scene).map_err(|refusal| {
         let instead = refusal.instead.join(" or --solver ");
         RenderError(format!("`{name}` cannot render this scene: {}\n  help: try --solver {instead}", refusal.reason))
     })?;
+    set(&mut solver, parameters)?;
     Ok(Choice::Solver(Box::new(solver)))
+}
+
+/// Sets parameters; an unknown one is refused with the nearest that the solver has.
+fn set(solver: &mut AnySolver, parameters: &[(String, String)]) -> Result<(), RenderError> {
+    for (name, value) in parameters {
+        solver.set(name, value).map_err(|e| {
+            let solver = solver.name();
+            RenderError(match &e {
+                ParameterError::Unknown { known, .. } => {
+                    let near = nearest(name, known.iter().copied()).map(|near| format!("\n  help: did you mean `{near}`?"));
+                    let list = match known.is_empty() {
+                        true => "it has none".to_owned(),
+                        false => format!("it has {}", known.join(", ")),
+                    };
+                    format!("the solver `{solver}` has no parameter `{name}`{}\n  help: {list}", near.unwrap_or_default())
+                }
+                ParameterError::Invalid { .. } => format!("a parameter of `{solver}`: {e}"),
+            })
+        })?;
+    }
+    Ok(())
 }
 
 /// `depth` shows depth; `aov` the first layer that the scene names.

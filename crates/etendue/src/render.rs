@@ -12,7 +12,7 @@ use etendue_numerics::SequenceKind;
 use etendue_numerics::kernel::Kernel;
 use etendue_scene::View;
 use etendue_solvers::aov::Quantity;
-use etendue_solvers::{CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
+use etendue_solvers::{Balance, CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -26,6 +26,8 @@ pub struct RenderOptions {
     pub view: usize,
     /// Solver name; the scene's own otherwise.
     pub solver: Option<String>,
+    /// Parameters of the solver, by name; its defaults otherwise.
+    pub parameters: Vec<(String, String)>,
     /// When to stop; after the scene's sample count otherwise.
     pub stop: Option<Stop>,
     /// Seed; the scene's own otherwise.
@@ -106,7 +108,7 @@ struct Plan<'a> {
 impl<'a> Plan<'a> {
     fn new(loaded: &'a Loaded, options: &RenderOptions) -> Result<Self, RenderError> {
         let view = view(loaded, options.view)?;
-        let choice = choose(options.solver.as_deref(), loaded)?;
+        let choice = choose(options.solver.as_deref(), &options.parameters, loaded)?;
         let layers = layers::plan(loaded, &options.aovs)?;
         let shape = FilmShape { size: view.film.crop_size, kernel: view.film.filter };
         let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
@@ -142,7 +144,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         sequence,
         stop,
         rules,
-        digest: if resumable { digest(loaded, options.view, &rules, sequence) } else { 0 },
+        digest: if resumable { digest(loaded, options.view, &rules, sequence, &choice.parameters()) } else { 0 },
         pool: &pool,
         cancel: &watch.cancel,
         progress: &watch.progress,
@@ -161,7 +163,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         Ok(outcome) => (End::of(&outcome.map_err(|e| RenderError(e.to_string()))?), None),
         Err(words) => {
             let passes = watch.progress.passes.load(Ordering::Relaxed) as u32;
-            (End { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed() }, Some(words))
+            (End { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed(), books: None }, Some(words))
         }
     };
 
@@ -193,6 +195,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         mean,
         stopped: if failure.is_some() { "failed" } else { stopped_word(end.stopped) }.to_owned(),
         noise_percent: end.noise.map(|n| <[f64; 3]>::from(n.percent())),
+        books: end.books,
     };
     Ok(Rendering { picture, stats, stopped: end.stopped, black, failure })
 }
@@ -203,11 +206,12 @@ struct End {
     passes: u32,
     noise: Option<NoiseEstimate>,
     elapsed: Duration,
+    books: Option<Balance>,
 }
 
 impl End {
     fn of(outcome: &Outcome) -> Self {
-        Self { stopped: outcome.stopped, passes: outcome.passes, noise: outcome.noise, elapsed: outcome.elapsed }
+        Self { stopped: outcome.stopped, passes: outcome.passes, noise: outcome.noise, elapsed: outcome.elapsed, books: outcome.books }
     }
 }
 
@@ -313,10 +317,10 @@ fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
 }
 
 /// All that decides the bits besides solver, seed and sample count, which a checkpoint tells in words.
-fn digest(loaded: &Loaded, view: usize, rules: &PathRules, sequence: SequenceKind) -> u64 {
+fn digest(loaded: &Loaded, view: usize, rules: &PathRules, sequence: SequenceKind, parameters: &str) -> u64 {
     let mut digest = Digest::new();
     digest.word(loaded.digest());
-    digest.bytes(format!("{view} {rules:?} {sequence:?}").as_bytes());
+    digest.bytes(format!("{view} {rules:?} {sequence:?} {parameters}").as_bytes());
     digest.finish()
 }
 

@@ -1,5 +1,6 @@
 //! The numbers of a render, as `--stats` writes them.
 
+use etendue_solvers::Balance;
 use serde::Serialize;
 
 /// One render in numbers.
@@ -45,4 +46,7 @@ pub struct Stats {
     pub stopped: String,
     /// Estimated √relMSE in per cent with its 95 % interval, in noise mode.
     pub noise_percent: Option<[f64; 3]>,
+    /// Light tracers: where the flux went, W by channel, emitted = absorbed + escaped + cut + residual.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub books: Option<Balance>,
 }

@@ -9,6 +9,7 @@ mod parse;
 mod progress;
 mod render;
 mod scenes;
+mod solvers;
 mod summary;
 mod tonemap;
 
@@ -31,6 +32,8 @@ enum Command {
     Render(Box<render::RenderArguments>),
     /// List the built-in scenes.
     Scenes(scenes::ScenesArguments),
+    /// List the solvers and their parameters.
+    Solvers(solvers::SolversArguments),
     /// Tell what a scene holds.
     Info(info::InfoArguments),
     /// Measure how far a picture is from a reference.
@@ -46,6 +49,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
     let done = match arguments.command {
         Command::Render(a) => render::run(&a),
         Command::Scenes(a) => scenes::run(&a),
+        Command::Solvers(a) => solvers::run(&a),
         Command::Info(a) => info::run(&a),
         Command::Doctor(a) => doctor::run(&a),
         Command::Diff(a) => diff::run(&a),

@@ -53,6 +53,13 @@ struct Look {
     left: Option<f64>,
 }
 
+impl Look {
+    /// Whole per cent, 99 at the most: 100 is for what has ended.
+    fn percent(&self) -> f64 {
+        (self.fraction * 100.0).floor()
+    }
+}
+
 impl Display {
     /// Begins to watch a render whose passes are `pixels` paths each.
     pub fn start(style: Style, watch: Arc<Watch>, stop: Stop, pixels: u64, noise: Arc<NoiseCell>) -> Self {
@@ -136,14 +143,15 @@ fn eta(look: &Look) -> String {
 
 fn bar() -> impl FnMut(Option<&Look>) {
     let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
-    if let Ok(style) = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} % · {msg}") {
+    if let Ok(style) = ProgressStyle::with_template("{bar:40.cyan/blue} {msg}") {
         bar.set_style(style);
     }
     output::bar_is_shown(true);
     move |look| match look {
         Some(look) => {
             bar.set_position((look.fraction * STEPS as f64) as u64);
-            bar.set_message(format!("{} · {:.0} spp · {}", clock(look.elapsed.as_secs_f64()), look.passes, eta(look)));
+            let seconds = clock(look.elapsed.as_secs_f64());
+            bar.set_message(format!("{:3.0} % · {seconds} · {:.0} spp · {}", look.percent(), look.passes, eta(look)));
         }
         None => {
             bar.finish_and_clear();
@@ -169,8 +177,7 @@ fn lines() -> impl FnMut(Option<&Look>) {
     move |look| {
         if let Some(look) = look.filter(|l| due(l.elapsed)) {
             let seconds = clock(look.elapsed.as_secs_f64());
-            let percent = (look.fraction * 100.0).floor();
-            output::message(&format!("{percent:3.0} % after {seconds}, {:.0} spp, {}", look.passes, eta(look)));
+            output::message(&format!("{:3.0} % after {seconds}, {:.0} spp, {}", look.percent(), look.passes, eta(look)));
         }
     }
 }
@@ -204,7 +211,7 @@ mod tests {
     fn never_all_before_the_end() {
         for (stop, passes) in [(Stop::Samples(4), 4.0), (Stop::Time(Duration::from_secs(1)), 9.0)] {
             let look = look(stop, passes, passes, Duration::from_secs(2), None);
-            assert!(look.fraction < 1.0 && (look.fraction * 100.0).floor() == 99.0 && look.left == Some(0.0));
+            assert!(look.fraction < 1.0 && look.percent() == 99.0 && look.left == Some(0.0));
         }
     }
 

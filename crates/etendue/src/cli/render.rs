@@ -30,9 +30,12 @@ pub struct RenderArguments {
     /// Picture to write; the ending chooses the format (exr, hdr, pfm: linear light; png, jpg: for a display). May be given again.
     #[arg(short, long, value_name = "FILE", value_parser = parse::picture)]
     output: Vec<PathBuf>,
-    /// Solver: path, path-nee, path-mis, direct; the scene's own otherwise.
+    /// Solver, one of those that `etendue solvers` lists; the scene's own otherwise.
     #[arg(long, value_name = "NAME", value_parser = parse::solver)]
     solver: Option<String>,
+    /// Set a parameter of the solver; `etendue solvers` lists them. May be given again.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = parse::define)]
+    param: Vec<(String, String)>,
     /// Samples per pixel.
     #[arg(long, value_name = "N", group = "stop", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -117,6 +120,7 @@ pub fn run(a: &RenderArguments) -> Done {
     let options = RenderOptions {
         view: a.view,
         solver: a.solver.clone(),
+        parameters: a.param.clone(),
         stop: Some(stop),
         seed: a.seed,
         threads,

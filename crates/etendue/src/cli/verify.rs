@@ -1,0 +1,202 @@
+//! `etendue verify`: do the solvers agree?
+
+use super::{Done, define, output};
+use clap::Args;
+use etendue::verify::{Comparison, Verification, VerifyError, VerifyOptions, verify};
+use etendue_solvers::CancelToken;
+use etendue_solvers::agreement::{Standard, Verdict};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Tests whether all solvers find the same light: every pair on a scene, and each in the furnace, whose answer is known.
+///
+/// The last line says PASS, FAIL or INCONCLUSIVE; the exit status is 0 for PASS alone.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  etendue verify                                       all solvers on the Cornell box, in under a minute\n  \
+    etendue verify scene.xml --solvers path-mis,bidirectional --time 300 --json verdict.json")]
+pub struct VerifyArguments {
+    /// A scene file, or the name of a built-in scene.
+    #[arg(default_value = etendue::builtin::SCENES[0].name)]
+    scene: String,
+    /// Solvers to compare; all that can render the scene otherwise.
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    solvers: Option<Vec<String>>,
+    /// Seconds for everything.
+    #[arg(long, value_name = "SECONDS", default_value_t = 45.0, value_parser = positive)]
+    time: f64,
+    /// Samples per pixel of each of 16 replicates, instead of what the time allows: the same numbers on every machine.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Longer side of the picture in pixels.
+    #[arg(long, value_name = "PIXELS", default_value_t = 64, value_parser = clap::value_parser!(u32).range(4..=4096))]
+    size: u32,
+    /// Bias of the whole picture, in per cent, that must not go unseen.
+    #[arg(long, value_name = "PERCENT", default_value_t = 2.0, value_parser = positive)]
+    bound: f64,
+    /// Bias of one block of the 8 x 8 grid, in per cent, that must not go unseen.
+    #[arg(long, value_name = "PERCENT", default_value_t = 20.0, value_parser = positive)]
+    block_bound: f64,
+    /// Seed of all random decisions.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Threads; all cores otherwise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Set a `<default>` parameter of the scene file.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
+    define: Vec<(String, String)>,
+    /// Write all figures as one JSON object.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Show nothing but the result.
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// A number above zero.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x < 1e9 => Ok(x),
+        _ => Err(format!("`{text}` is not a number above 0")),
+    }
+}
+
+pub fn run(a: &VerifyArguments) -> Done {
+    let options = VerifyOptions {
+        solvers: a.solvers.clone(),
+        time: Duration::from_secs_f64(a.time),
+        spp: a.spp,
+        size: a.size,
+        seed: a.seed,
+        threads: a.threads.map(usize::from),
+        defines: a.define.clone(),
+        standard: Standard { bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound, ..Standard::default() },
+    };
+    let cancel = Arc::new(CancelToken::default());
+    stop_on_ctrl_c(&cancel);
+    let tell = |words: &str| {
+        if !a.quiet {
+            output::message(&format!("{words} …"));
+        }
+    };
+    let found = match verify(&a.scene, &options, &cancel, &tell) {
+        Ok(found) => found,
+        Err(VerifyError::Load(e)) => return Err(output::load_error(&e)),
+        Err(VerifyError::Words(words)) => return Err(words),
+        Err(VerifyError::Cancelled) => {
+            output::message("stopped, as asked: there is no verdict");
+            return Ok(ExitCode::from(130));
+        }
+    };
+    if let Some(path) = &a.json {
+        let json = serde_json::to_string_pretty(&found).map_err(|e| e.to_string())?;
+        etendue_image::write_atomically(path, json.as_bytes()).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+    }
+    output::result(&report(&found));
+    Ok(if found.verdict == Verdict::Pass { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The first Ctrl-C asks to stop; another one ends the program.
+pub(super) fn stop_on_ctrl_c(cancel: &Arc<CancelToken>) {
+    let cancel = Arc::clone(cancel);
+    let handler = move || {
+        if cancel.is_cancelled() {
+            #[expect(clippy::exit, reason = "the user has asked twice")]
+            std::process::exit(130);
+        }
+        cancel.cancel();
+    };
+    if let Err(e) = ctrlc::set_handler(handler) {
+        output::message(&format!("warning: Ctrl-C will end the program at once: {e}"));
+    }
+}
+
+fn percent(x: f64) -> String {
+    let p = 100.0 * x;
+    match p.abs() {
+        a if !a.is_finite() => "any".to_owned(),
+        a if a >= 100.0 => format!("{p:.0} %"),
+        a if a >= 10.0 => format!("{p:.1} %"),
+        a if a >= 0.1 => format!("{p:.2} %"),
+        a if a > 0.0 => format!("{p:.4} %"),
+        _ => "0 %".to_owned(),
+    }
+}
+
+fn report(v: &Verification) -> String {
+    let mut lines = vec![format!(
+        "{} at {} x {} pixels in {} x {} blocks, seed {}, {} threads, {:.1} s",
+        v.scene, v.size[0], v.size[1], v.blocks[0], v.blocks[1], v.seed, v.threads, v.seconds
+    )];
+    lines.push(String::new());
+    lines.push(format!("{:<22}{:>12}{:>12}{:>10}{:>14}{:>14}", "solver", "spp", "replicates", "time", "± picture", "± block"));
+    for e in &v.solvers {
+        let name = named(&e.solver, e.bounces);
+        let time = format!("{:.1} s", e.seconds);
+        let (picture, block) = (percent(e.picture_error), percent(e.block_error));
+        lines.push(format!("{name:<22}{:>12}{:>12}{time:>10}{picture:>14}{block:>14}", e.spp, e.replicates));
+        if e.dropped > 0 {
+            lines.push(format!("{:<22}{} samples were not finite and were dropped", "", e.dropped));
+        }
+    }
+    lines.extend(v.left_out.iter().map(|(name, why)| format!("{name:<22}left out: {why}")));
+    lines.push(String::new());
+    lines.push(header("pair"));
+    lines.extend(v.pairs.iter().map(row));
+    if v.pairs.is_empty() {
+        lines.push("no two solvers can be compared".to_owned());
+    }
+    lines.push(String::new());
+    lines.push(header("furnace"));
+    lines.extend(v.furnace.iter().map(row));
+    lines.push(String::new());
+    lines.push(last_line(v));
+    lines.join("\n")
+}
+
+fn header(first: &str) -> String {
+    format!(
+        "{first:<36}{:<14}{:>8}  {:<21}{:>22}{:>12}{:>12}",
+        "verdict", "|t|", "largest at", "difference ± interval", "sees", "in a block"
+    )
+}
+
+fn named(what: &str, bounces: Option<u32>) -> String {
+    bounces.map_or(what.to_owned(), |n| format!("{what}, 0..{n} bounces"))
+}
+
+fn row(c: &Comparison) -> String {
+    let w = &c.worst;
+    let place = format!("{} {}", w.area, ["red", "green", "blue"][w.channel.min(2)]);
+    let difference = format!("{} ± {}", percent(w.difference), percent(w.half_width));
+    let note = if c.seen_once { "  (a difference was seen once, and not again)" } else { "" };
+    format!(
+        "{:<36}{:<14}{:>8.2}  {place:<21}{difference:>22}{:>12}{:>12}{note}",
+        named(&c.what, c.bounces),
+        c.verdict,
+        w.t.abs(),
+        percent(c.visible_picture),
+        percent(c.visible_block)
+    )
+}
+
+fn last_line(v: &Verification) -> String {
+    let all = || v.pairs.iter().chain(&v.furnace);
+    let of = |verdict: Verdict| all().filter(|c| c.verdict == verdict).map(|c| named(&c.what, c.bounces)).collect::<Vec<_>>().join("; ");
+    let most = |f: &dyn Fn(&Comparison) -> f64| percent(all().map(f).fold(0.0, f64::max));
+    let (picture, block) = (most(&|c| c.visible_picture), most(&|c| c.visible_block));
+    let seen = format!("a bias of {picture} of the picture, or of {block} of one block, would have been seen everywhere (95 %)");
+    match v.verdict {
+        Verdict::Pass => format!("PASS: {} comparisons show no difference; {seen}", v.tests),
+        Verdict::Fail => format!("FAIL: a difference that chance does not explain: {}", of(Verdict::Fail)),
+        Verdict::Inconclusive if v.pairs.is_empty() => "INCONCLUSIVE: nothing to compare with".to_owned(),
+        Verdict::Inconclusive => format!(
+            "INCONCLUSIVE: no difference, but a bias above the bound ({} of the picture, {} of a block) could hide in: {}; more --time shows more",
+            percent(v.standard.bound),
+            percent(v.standard.block_bound),
+            of(Verdict::Inconclusive)
+        ),
+    }
+}
