@@ -53,7 +53,9 @@ fn path() {
     for a in ALBEDOS {
         let scene = furnace_scene([a; 3]);
         for n in depths() {
-            furnace(&mut family, "path", &Path, (&scene, a), n, spp(a, n) / 2, 0.03);
+            // Where little is reflected roulette leaves few walks, of great weight: enough must be begun to see some.
+            let spp = if a < 0.5 { 1024 } else { spp(a, n) };
+            furnace(&mut family, "path", &Path, (&scene, a), n, spp, 0.03);
         }
     }
     family.must_hold();
@@ -65,7 +67,7 @@ fn path_nee() {
     for a in ALBEDOS {
         let scene = furnace_scene([a; 3]);
         for n in depths() {
-            furnace(&mut family, "path-nee", &PathNee, (&scene, a), n, spp(a, n), 0.03);
+            furnace(&mut family, "path-nee", &PathNee, (&scene, a), n, 4 * spp(a, n), 0.05);
         }
     }
     family.must_hold();
