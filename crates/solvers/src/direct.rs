@@ -8,6 +8,8 @@
 //! is an edge: what a mask lets through is seen, but a mask's shadow is whole.
 
 use crate::drivers::PixelSolver;
+use crate::parameters::{MOST_SAMPLES, Parameter, Slot};
+use crate::solver::Estimates;
 use crate::transport::{Context, Heuristic, PathRules, PathState, Vertex, arrives, emission, mis_weight, next_event, slot};
 use etendue_numerics::{Dim, Pdf, Sampler, Spectrum};
 
@@ -20,7 +22,27 @@ pub struct Direct {
     pub bsdf_samples: u32,
 }
 
+impl Direct {
+    /// What users may set.
+    pub const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter {
+            name: "emitter_samples",
+            summary: "light points at a hit",
+            slot: |s| Slot::Count(&mut s.emitter_samples, 0..=MOST_SAMPLES),
+        },
+        Parameter {
+            name: "bsdf_samples",
+            summary: "directions at a hit",
+            slot: |s| Slot::Count(&mut s.bsdf_samples, 0..=MOST_SAMPLES),
+        },
+    ];
+}
+
 impl PixelSolver for Direct {
+    fn estimates(&self) -> Estimates {
+        Estimates::LightUpTo(2)
+    }
+
     fn radiance(&self, c: &Context<'_>, mut eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         let (n_l, n_b) = (self.emitter_samples as f32, self.bsdf_samples as f32);
         // Walks of one vertex need no roulette.

@@ -10,22 +10,34 @@
 //! | [`path_nee`] | a walk that samples the lights at every vertex (next event estimation) |
 //! | [`path_mis`] | both at once, weighted by multiple importance sampling |
 //! | [`direct`] | direct light alone, with several samples of each kind |
+//! | [`whitted`] | a tree of mirrored and refracted rays over direct and ambient light |
+//! | [`distribution`] | the same with rays spread over lights and glossy lobes |
+//! | [`light`] | particles from the lights that happen to pass the lens: the dual of [`path`] |
+//! | [`light_nee`] | particles connected to the lens at every surface: the dual of [`path_nee`] |
 //! | [`oracle`] | the textbook's recursion, word for word: slow, and the judge of the others |
+//! | [`oracle_light`] | the textbook's particle shooting, word for word: the judge of the light tracers |
 //!
 //! A solver works in passes and owns no loop, clock, file or message: that is the driver's part ([`drivers`]).
 
 pub mod aov;
 pub mod direct;
+pub mod distribution;
 pub mod drivers;
+pub mod light;
+pub mod light_nee;
 pub mod oracle;
+pub mod oracle_light;
+pub mod parameters;
 pub mod path;
 pub mod path_mis;
 pub mod path_nee;
 pub mod run;
 pub mod solver;
 pub mod transport;
+pub mod whitted;
 
-pub use drivers::{Checkpoint, Outcome, Work, render};
+pub use drivers::{Balance, Checkpoint, Outcome, Work, render};
+pub use parameters::{ParameterError, ParameterInfo};
 pub use run::{CancelToken, Event, Progress, Run, Stop, Stopped};
-pub use solver::{AnySolver, Refusal, SOLVERS, Solver, SolverInfo};
+pub use solver::{AnySolver, Estimates, Refusal, SOLVERS, Solver, SolverInfo};
 pub use transport::PathRules;

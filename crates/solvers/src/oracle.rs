@@ -17,6 +17,7 @@
 use crate::drivers::PixelSolver;
 use crate::solver::Needs;
 use crate::transport::{Context, PathState, Vertex, VertexSample};
+use etendue_bsdf::Event;
 use etendue_numerics::math::{FRAC_1_PI, TAU, safe_sqrt, sin_cos};
 use etendue_numerics::sequence::{mix, unit};
 use etendue_numerics::{Dim, Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
@@ -92,7 +93,7 @@ impl Branch {
 
 impl PixelSolver for Oracle {
     fn needs(&self) -> Needs {
-        Needs { lights_that_can_be_hit: true }
+        Needs { lights_that_can_be_hit: true, ..Needs::default() }
     }
 
     fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
@@ -190,12 +191,13 @@ impl Oracle {
             pdf: Pdf::SolidAngle(pdf),
             eta_scale: 1.0,
             is_null: false,
+            event: Event::REFLECT | Event::DIFFUSE,
         })
     }
 }
 
 /// The light point as the surface point that it is, seen from along `wo`.
-fn seen_from(y: &SurfacePoint, surface: SurfaceId, wo: Vec3) -> Interaction {
+pub(crate) fn seen_from(y: &SurfacePoint, surface: SurfaceId, wo: Vec3) -> Interaction {
     Interaction {
         p: y.p,
         p_error: y.p_error,

@@ -1,11 +1,17 @@
 //! What a solver is, and the list of them all.
 
 use crate::direct::Direct;
-use crate::drivers::Work;
+use crate::distribution::Distribution;
+use crate::drivers::{Balance, Work};
+use crate::light::Light;
+use crate::light_nee::LightNee;
+use crate::parameters::{self, Parameter, ParameterError, ParameterInfo};
 use crate::path::Path;
 use crate::path_mis::PathMis;
 use crate::path_nee::PathNee;
 use crate::run::Run;
+use crate::transport::sees_mirrors;
+use crate::whitted::Whitted;
 use etendue_scene::{Integrator, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -17,6 +23,19 @@ pub trait Solver: Sync {
 
     /// What a scene must have, or must not have.
     fn needs(&self) -> Needs;
+
+    /// What its picture is an estimate of: what it may be held to.
+    fn estimates(&self) -> Estimates {
+        Estimates::Light
+    }
+
+    /// Into how many units of work a pass over a picture of this size is cut: a function of the size alone.
+    fn units(&self, size: [u32; 2]) -> usize;
+
+    /// Where the light went so far, where the solver keeps books.
+    fn books(&self, _: &Self::State) -> Option<Balance> {
+        None
+    }
 
     /// The state before pass 0.
     fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Self::State;
@@ -30,6 +49,24 @@ pub trait Solver: Sync {
 pub struct Needs {
     /// Every light has an area or surrounds the scene, so that a random walk can hit it.
     pub lights_that_can_be_hit: bool,
+    /// The cameras have lenses, so that a random walk can pass them.
+    pub finite_lens: bool,
+    /// No camera sees a mirror or smooth glass: no connection to the lens can find what they show.
+    pub no_mirrors_in_view: bool,
+}
+
+/// What a solver's picture converges to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Estimates {
+    /// All light that the rules count, without bias at any sample count.
+    #[default]
+    Light,
+    /// Light of at most so many edges, without bias; passing a null or mask surface is an edge.
+    LightUpTo(u32),
+    /// All light in the limit of many passes, with a bias on the way there.
+    InTheLimit,
+    /// Something else, in words that complete "it shows …".
+    Other(&'static str),
 }
 
 /// Why a solver cannot do a scene, and who can.
@@ -54,6 +91,16 @@ impl Needs {
             let reason = format!("{lights}, which no random walk can hit: their light would be missing");
             return Err(Refusal { reason, instead: vec!["path-nee", "path-mis"] });
         }
+        if let Some(view) = scene.views.iter().find(|v| self.finite_lens && !v.sensor.has_lens()) {
+            let name = view.sensor.name().to_lowercase();
+            let reason = format!("a random walk never passes the lens of a `{name}` camera, which has none of any size");
+            return Err(Refusal { reason, instead: vec!["light-nee", "path"] });
+        }
+        if self.no_mirrors_in_view && scene.views.iter().any(|view| sees_mirrors(scene, view)) {
+            let reason =
+                "the camera sees a mirror or smooth glass: what it shows cannot be connected to the lens and would be missing";
+            return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
+        }
         Ok(())
     }
 }
@@ -67,8 +114,17 @@ pub struct SolverInfo {
     pub summary: &'static str,
 }
 
+macro_rules! declared {
+    () => {
+        &[]
+    };
+    ($parameters:expr) => {
+        $parameters
+    };
+}
+
 macro_rules! solvers {
-    ($($(#[doc = $doc:literal])+ $variant:ident => $name:literal, $make:expr;)*) => {
+    ($($(#[doc = $doc:literal])+ $variant:ident => $name:literal, $make:expr $(, $parameters:expr)?;)*) => {
         /// All solvers, each listed once.
         #[derive(Clone, Debug)]
         pub enum AnySolver {
@@ -92,9 +148,30 @@ macro_rules! solvers {
                 match self { $(Self::$variant(_) => $name,)* }
             }
 
+            /// The parameters that it declares, with their values.
+            pub fn parameters(&self) -> Vec<ParameterInfo> {
+                match &mut self.clone() { $(Self::$variant(s) => {
+                    let declared: &[Parameter<$variant>] = declared!($($parameters)?);
+                    parameters::list(s, declared)
+                })* }
+            }
+
+            /// Sets a parameter to what `value` says.
+            pub fn set(&mut self, name: &str, value: &str) -> Result<(), ParameterError> {
+                match self { $(Self::$variant(s) => {
+                    let declared: &[Parameter<$variant>] = declared!($($parameters)?);
+                    parameters::set(s, declared, name, value)
+                })* }
+            }
+
             /// What it asks of a scene.
             pub fn needs(&self) -> Needs {
                 match self { $(Self::$variant(s) => s.needs(),)* }
+            }
+
+            /// What its picture is an estimate of.
+            pub fn estimates(&self) -> Estimates {
+                match self { $(Self::$variant(s) => s.estimates(),)* }
             }
 
             /// Renders with it: see [`crate::drivers::render`].
@@ -114,5 +191,14 @@ solvers! {
     /// Both, combined by multiple importance sampling: the default.
     PathMis => "path-mis", |_: &Integrator| PathMis::default();
     /// Direct light only, by light and material samples.
-    Direct => "direct", |i: &Integrator| Direct { emitter_samples: i.emitter_samples, bsdf_samples: i.bsdf_samples };
+    Direct => "direct", |i: &Integrator| Direct { emitter_samples: i.emitter_samples, bsdf_samples: i.bsdf_samples },
+        Direct::PARAMETERS;
+    /// Particles from the lights that happen to pass the lens.
+    Light => "light", |_: &Integrator| Light;
+    /// Particles from the lights, connected to the lens at every surface.
+    LightNee => "light-nee", |_: &Integrator| LightNee;
+    /// Mirrors and glass over direct and ambient light, by recursion.
+    Whitted => "whitted", |_: &Integrator| Whitted::default(), Whitted::PARAMETERS;
+    /// The same with soft shadows and gloss, by trees of samples.
+    Distribution => "distribution", |_: &Integrator| Distribution::default(), Distribution::PARAMETERS;
 }

@@ -66,12 +66,13 @@ impl Sphere {
         (if phi < 0.0 { phi + TAU } else { phi }, atan2(v.truncate().length(), v.z))
     }
 
-    /// 1 - cosθmax of the cone that the sphere fills, and sinθmax; `None` from within.
+    /// 1 - cosθmax of the cone that the sphere fills, and sinθmax; `None` from within. With normals that point inwards only those within see
+    /// the front, whichever side of the surface rounding puts them on.
     fn cone(&self, from: Vec3) -> Option<(f64, f64)> {
         let distance_squared = (self.center - from.as_dvec3()).length_squared();
         let sin2 = self.radius * self.radius / distance_squared;
         // A point on the sphere itself may lie a rounding error outside: there the cone is the whole hemisphere.
-        (sin2 < 1.0).then(|| (sin2 / (1.0 + (1.0 - sin2).sqrt()), sin2.sqrt()))
+        (sin2 < 1.0 && self.outward > 0.0).then(|| (sin2 / (1.0 + (1.0 - sin2).sqrt()), sin2.sqrt()))
     }
 }
 

@@ -6,6 +6,7 @@
 
 use super::{Context, PathState, Vertex, slot};
 use etendue_numerics::{Pdf, Ray, Sampler, Spectrum};
+use etendue_scene::LightSample;
 
 /// A segment whose transmittance decides what arrives.
 #[derive(Clone, Copy, Debug)]
@@ -28,13 +29,23 @@ pub fn next_event(
     u: &Sampler,
     weight: impl Fn(f32, f32) -> f32,
 ) -> Option<ShadowQuery> {
-    let edges = state.edges + 1;
-    if !vertex.is_smooth() || edges > c.rules.max_edges {
+    if !vertex.is_smooth() || state.edges >= c.rules.max_edges {
         return None;
     }
     let from = vertex.light_reference();
     let (u_light, u_point) = (u.u1(state.dim(slot::LIGHT)), u.u2(state.dim(slot::LIGHT_POINT)));
     let light = c.scene.sample_light(&from, u_light, u_point, &state.wl)?;
+    connection(state, vertex, &light, weight)
+}
+
+/// The connection to the light point `light`; `weight` as in [`next_event`].
+#[inline]
+pub fn connection(
+    state: &PathState,
+    vertex: &Vertex,
+    light: &LightSample,
+    weight: impl Fn(f32, f32) -> f32,
+) -> Option<ShadowQuery> {
     let (f_cos, pdf_bsdf) = vertex.eval(light.wi);
     if f_cos.is_zero() || light.le.is_zero() {
         return None;
@@ -44,5 +55,5 @@ pub fn next_event(
         Pdf::SolidAngle(p) => weight(p, pdf_bsdf),
     };
     let contribution = state.beta.carry(f_cos * light.le) * (share / light.pdf.value());
-    Some(ShadowQuery { ray: light.shadow_ray(&vertex.x)?, contribution, edges })
+    Some(ShadowQuery { ray: light.shadow_ray(&vertex.x)?, contribution, edges: state.edges + 1 })
 }

@@ -4,7 +4,7 @@
 //! f_radiance(wo, wi) = f_importance(wi, wo), and a sampled refraction's weight is divided by η² [Veach 1997, §5.2]. Reflection is
 //! the same in both.
 
-use etendue_bsdf::{Bsdf, Scatter};
+use etendue_bsdf::{Bsdf, BsdfSample, Event, Scatter};
 use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::{Interaction, LightReference, Scene};
 
@@ -32,6 +32,8 @@ pub struct VertexSample {
     pub eta_scale: f32,
     /// The ray went straight through a null or mask surface.
     pub is_null: bool,
+    /// What happened.
+    pub event: Event,
 }
 
 impl Vertex {
@@ -55,10 +57,20 @@ impl Vertex {
     /// A direction for radiance to arrive from.
     #[inline]
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<VertexSample> {
-        let s = self.bsdf.sample(self.wo, u_lobe, u)?;
+        self.bsdf.sample(self.wo, u_lobe, u).as_ref().map(|s| self.for_radiance(s))
+    }
+
+    /// Hands over every discrete direction with all that it carries, as if it were the only choice.
+    pub fn diracs(&self, mut found: impl FnMut(VertexSample)) {
+        self.bsdf.diracs(self.wo, &mut |s| found(self.for_radiance(&s)));
+    }
+
+    #[inline]
+    fn for_radiance(&self, s: &BsdfSample) -> VertexSample {
         let eta_scale = s.eta * s.eta;
         let weight = if s.wi.z * self.wo.z < 0.0 { s.weight / eta_scale } else { s.weight };
-        Some(VertexSample { wi: self.x.shading.to_world(s.wi), weight, pdf: s.pdf, eta_scale, is_null: s.event.has_null() })
+        let (wi, is_null) = (self.x.shading.to_world(s.wi), s.event.has_null());
+        VertexSample { wi, weight, pdf: s.pdf, eta_scale, is_null, event: s.event }
     }
 
     /// What light sampling may know of this vertex: where nothing is transmitted, lights behind it need not be asked.
