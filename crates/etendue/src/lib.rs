@@ -15,6 +15,7 @@
 
 pub mod builtin;
 mod choice;
+pub mod compare;
 mod digest;
 mod layers;
 pub mod load;
@@ -23,6 +24,7 @@ mod mistakes;
 mod pool;
 pub mod render;
 pub mod stats;
+pub mod verify;
 
 pub use choice::check_solver_name;
 pub use etendue_image::{Curve, Image, Picture, ToneMap};

@@ -187,7 +187,10 @@ pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
     }
 
     // The family: everything that is compared.
-    let furnace_depths = |s: &AnySolver| DEPTHS.into_iter().filter(|d| !matches!((s.estimates(), d), (Estimates::LightUpTo(_), None)));
+    let furnace_depths = |s: &AnySolver| {
+        let in_part = matches!(s.estimates(), Estimates::LightUpTo(_));
+        DEPTHS.into_iter().filter(move |d| d.is_some() || !in_part)
+    };
     let ovens_tests = solvers.iter().map(|s| furnace_depths(s).count()).sum::<usize>() * 3 * ovens.grid().len();
     let tests = main.tests() + sides.iter().map(|s| s.0.tests()).sum::<usize>() + ovens_tests;
 
@@ -284,7 +287,9 @@ fn chosen(options: &VerifyOptions, scene: &Scene) -> (Vec<AnySolver>, Vec<(Strin
         };
         let reason = match (solver.needs().check(scene), solver.estimates()) {
             (Err(refusal), _) => refusal.reason,
-            (_, Estimates::InTheLimit) => "biased at any sample count: held to its rate of convergence, not to agreement".to_owned(),
+            (_, Estimates::InTheLimit) => {
+                "biased at any sample count: held to its rate of convergence, not to agreement".to_owned()
+            }
             (_, Estimates::Other(words)) => format!("it estimates other light: {words}"),
             (_, Estimates::Light | Estimates::LightUpTo(_)) => {
                 solvers.push(solver);
@@ -319,7 +324,12 @@ fn best<'p>(panel: &'p Panel<'_>) -> Option<&'p str> {
 
 /// Where more replicates would help: the noisier one of the pair in which a bias could hide best. None where all can be told already, or
 /// where what time is left does not hold four more replicates.
-fn noisiest(panel: &Panel<'_>, pairs: &[etendue_solvers::agreement::Pair], begun: Instant, options: &VerifyOptions) -> Option<usize> {
+fn noisiest(
+    panel: &Panel<'_>,
+    pairs: &[etendue_solvers::agreement::Pair],
+    begun: Instant,
+    options: &VerifyOptions,
+) -> Option<usize> {
     let room = options.time.mul_f64(LATEST).saturating_sub(begun.elapsed());
     let fits = |i: usize| {
         let c = &panel.candidates[i];

@@ -19,6 +19,7 @@
 //!
 //! A solver works in passes and owns no loop, clock, file or message: that is the driver's part ([`drivers`]).
 
+pub mod agreement;
 pub mod aov;
 pub mod direct;
 pub mod distribution;

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod compare;
 mod diff;
 mod doctor;
 mod files;
@@ -12,6 +13,7 @@ mod scenes;
 mod solvers;
 mod summary;
 mod tonemap;
+mod verify;
 
 use clap::{Parser, Subcommand};
 use etendue::render::panic_words;
@@ -40,6 +42,10 @@ enum Command {
     Diff(diff::DiffArguments),
     /// Tell what there is on this machine, and whether rendering works.
     Doctor(doctor::DoctorArguments),
+    /// Render with several solvers and show, as a page, how far each is from a reference.
+    Compare(Box<compare::CompareArguments>),
+    /// Test whether all solvers find the same light: PASS, FAIL or INCONCLUSIVE.
+    Verify(Box<verify::VerifyArguments>),
     /// Turn a picture of linear light into one for a display.
     Tonemap(tonemap::TonemapArguments),
 }
@@ -53,6 +59,8 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Info(a) => info::run(&a),
         Command::Doctor(a) => doctor::run(&a),
         Command::Diff(a) => diff::run(&a),
+        Command::Compare(a) => compare::run(&a),
+        Command::Verify(a) => verify::run(&a),
         Command::Tonemap(a) => tonemap::run(&a),
     };
     match done {

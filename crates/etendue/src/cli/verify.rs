@@ -1,6 +1,7 @@
 //! `etendue verify`: do the solvers agree?
 
-use super::{Done, define, output};
+use super::parse::{define, positive, seconds};
+use super::{Done, output};
 use clap::Args;
 use etendue::verify::{Comparison, Verification, VerifyError, VerifyOptions, verify};
 use etendue_solvers::CancelToken;
@@ -14,8 +15,10 @@ use std::time::Duration;
 ///
 /// The last line says PASS, FAIL or INCONCLUSIVE; the exit status is 0 for PASS alone.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  etendue verify                                       all solvers on the Cornell box, in under a minute\n  \
-    etendue verify scene.xml --solvers path-mis,bidirectional --time 300 --json verdict.json")]
+#[command(
+    after_help = "Examples:\n  etendue verify                                       all solvers on the Cornell box, in under a minute\n  \
+    etendue verify scene.xml --solvers path-mis,bidirectional --time 300 --json verdict.json"
+)]
 pub struct VerifyArguments {
     /// A scene file, or the name of a built-in scene.
     #[arg(default_value = etendue::builtin::SCENES[0].name)]
@@ -24,8 +27,8 @@ pub struct VerifyArguments {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     solvers: Option<Vec<String>>,
     /// Seconds for everything.
-    #[arg(long, value_name = "SECONDS", default_value_t = 45.0, value_parser = positive)]
-    time: f64,
+    #[arg(long, value_name = "SECONDS", default_value = "45", value_parser = seconds)]
+    time: Duration,
     /// Samples per pixel of each of 16 replicates, instead of what the time allows: the same numbers on every machine.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
@@ -55,18 +58,10 @@ pub struct VerifyArguments {
     quiet: bool,
 }
 
-/// A number above zero.
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(x) if x > 0.0 && x < 1e9 => Ok(x),
-        _ => Err(format!("`{text}` is not a number above 0")),
-    }
-}
-
 pub fn run(a: &VerifyArguments) -> Done {
     let options = VerifyOptions {
         solvers: a.solvers.clone(),
-        time: Duration::from_secs_f64(a.time),
+        time: a.time,
         spp: a.spp,
         size: a.size,
         seed: a.seed,
@@ -184,7 +179,8 @@ fn row(c: &Comparison) -> String {
 
 fn last_line(v: &Verification) -> String {
     let all = || v.pairs.iter().chain(&v.furnace);
-    let of = |verdict: Verdict| all().filter(|c| c.verdict == verdict).map(|c| named(&c.what, c.bounces)).collect::<Vec<_>>().join("; ");
+    let of =
+        |verdict: Verdict| all().filter(|c| c.verdict == verdict).map(|c| named(&c.what, c.bounces)).collect::<Vec<_>>().join("; ");
     let most = |f: &dyn Fn(&Comparison) -> f64| percent(all().map(f).fold(0.0, f64::max));
     let (picture, block) = (most(&|c| c.visible_picture), most(&|c| c.visible_block));
     let seen = format!("a bias of {picture} of the picture, or of {block} of one block, would have been seen everywhere (95 %)");

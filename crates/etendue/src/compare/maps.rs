@@ -56,11 +56,8 @@ fn scales(reference: &Image) -> Vec<f64> {
 
 /// A map of one layer, relative to the reference.
 pub fn map(layer: &Image, reference: &Image, colour: impl Fn(f64) -> [f64; 3]) -> Option<Image> {
-    let data = layer
-        .pixels()
-        .zip(scales(reference))
-        .flat_map(|(p, scale)| colour(luminance(p) / scale).map(|c| c as f32))
-        .collect();
+    let data =
+        layer.pixels().zip(scales(reference)).flat_map(|(p, scale)| colour(luminance(p) / scale).map(|c| c as f32)).collect();
     Image::rgb(layer.width(), layer.height(), data).ok().map(|i| i.with_encoding(Encoding::SRGB))
 }
 

@@ -10,16 +10,8 @@ const FAINT: RGBColor = RGBColor(3, 2, 1);
 const SIZE: (u32, u32) = (760, 400);
 
 /// Eight colours that are told apart on light and on dark, and by the colour-blind [Okabe, Ito 2008].
-pub const COLOURS: [(u8, u8, u8); 8] = [
-    (0, 114, 178),
-    (213, 94, 0),
-    (0, 158, 115),
-    (204, 121, 167),
-    (180, 150, 20),
-    (86, 180, 233),
-    (140, 86, 75),
-    (127, 127, 127),
-];
+pub const COLOURS: [(u8, u8, u8); 8] =
+    [(0, 114, 178), (213, 94, 0), (0, 158, 115), (204, 121, 167), (180, 150, 20), (86, 180, 233), (140, 86, 75), (127, 127, 127)];
 
 /// The colour of the i-th solver, as CSS.
 pub fn css_colour(i: usize) -> String {
@@ -52,12 +44,7 @@ pub fn convergence(results: &Results) -> Option<String> {
 
 type Drawn = Result<(), Box<dyn std::error::Error>>;
 
-fn draw(
-    root: &DrawingArea<SVGBackend<'_>, Shift>,
-    results: &Results,
-    x: std::ops::Range<f64>,
-    y: std::ops::Range<f64>,
-) -> Drawn {
+fn draw(root: &DrawingArea<SVGBackend<'_>, Shift>, results: &Results, x: std::ops::Range<f64>, y: std::ops::Range<f64>) -> Drawn {
     let font = |size: i32| ("sans-serif", size).into_font().color(&INK);
     let mut chart = ChartBuilder::on(root)
         .margin(8)

@@ -5,10 +5,10 @@ use crate::choice::check_solver_name;
 use crate::load::{LoadError, LoadOptions, load};
 use crate::pool;
 use crate::verify::renderer;
+use etendue_check::student_quantile;
 use etendue_image::{Image, Layer, Picture};
 use etendue_solvers::agreement::{Expected, Moments, REPLICATES, Renderer, Sample, Trial, judge};
 use etendue_solvers::{AnySolver, CancelToken, Estimates, Stop};
-use etendue_check::student_quantile;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
@@ -53,12 +53,8 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     for name in options.solvers.iter().chain(reference_solver) {
         check_solver_name(name).map_err(words)?;
     }
-    let load_options = LoadOptions {
-        defines: options.defines.clone(),
-        width: options.width,
-        height: options.height,
-        threads: options.threads,
-    };
+    let load_options =
+        LoadOptions { defines: options.defines.clone(), width: options.width, height: options.height, threads: options.threads };
     let loaded = load(scene, &load_options).map_err(CompareError::Load)?;
     let scene = &loaded.scene;
     let pool = pool::pool(options.threads).map_err(words)?;
@@ -104,7 +100,9 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
             let noise = |i: &usize| relative_variance(&runs[*i].1);
             let unbiased = (0..solvers.len()).filter(|i| solvers[*i].estimates() == Estimates::Light);
             let best = unbiased.min_by(|a, b| noise(a).total_cmp(&noise(b))).ok_or_else(|| {
-                CompareError::Words("none of these solvers estimates all light without bias\n  help: name one with --reference".to_owned())
+                CompareError::Words(
+                    "none of these solvers estimates all light without bias\n  help: name one with --reference".to_owned(),
+                )
             })?;
             long(&trial, &solvers[best], Some(best), options.budget, Some(runs[best].1.spp)).ok_or(CompareError::Cancelled)?
         }
@@ -237,11 +235,8 @@ fn long(trial: &Trial<'_>, solver: &AnySolver, by: Option<usize>, budget: Budget
         (None, Budget::Time(time)) => trial.samples_in(&*render, 4 * time, REPLICATES)?,
     };
     let spread = spread(trial, &*render, spp, 1 << 20)?;
-    let words = format!(
-        "{REPLICATES} replicates of {spp} spp by {}, {:.1} s together",
-        solver.name(),
-        spread.elapsed.as_secs_f64()
-    );
+    let words =
+        format!("{REPLICATES} replicates of {spp} spp by {}, {:.1} s together", solver.name(), spread.elapsed.as_secs_f64());
     Some(Standardised { pixels: spread.pixels(), variance: spread.variance(), sample: Some(spread.sample), words, by })
 }
 

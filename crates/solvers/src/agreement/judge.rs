@@ -1,0 +1,303 @@
+//! Two samples, or a sample and known means, against each other: area by area, channel by channel, and one verdict of all.
+
+use super::{Area, Sample};
+use etendue_check::{MeanTest, Moments, Verdict as Single, compare_means, family_wise, student_p, student_quantile, t_test};
+use serde::Serialize;
+use std::fmt;
+
+/// What rounding in f32 may do to the mean of long paths, relative.
+const ROUNDING: f64 = 3e-6;
+
+/// How strictly is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Standard {
+    /// Probability of a false alarm in the whole family of tests.
+    pub alpha: f64,
+    /// The bias of the whole picture that must not hide, relative.
+    pub bound: f64,
+    /// The bias of one block that must not hide, relative.
+    pub block_bound: f64,
+}
+
+impl Default for Standard {
+    /// α = 1 %, 2 % of the picture, 20 % of one of 64 blocks: the noise of a part is as many times larger as the root of the number of parts.
+    fn default() -> Self {
+        Self { alpha: 0.01, bound: 0.02, block_bound: 0.2 }
+    }
+}
+
+/// What a test, or a family of tests, says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum Verdict {
+    /// No difference, and one as large as the bound would have been seen.
+    Pass,
+    /// No difference seen, but one as large as the bound could hide.
+    Inconclusive,
+    /// A difference that chance does not explain.
+    Fail,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Pass => "PASS",
+            Self::Inconclusive => "INCONCLUSIVE",
+            Self::Fail => "FAIL",
+        })
+    }
+}
+
+/// One comparison of means. Differences are relative to `scale`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Where.
+    pub area: Area,
+    /// Channel: 0 red, 1 green, 2 blue.
+    pub channel: usize,
+    /// First mean less second (or less the known mean), relative.
+    pub difference: f64,
+    /// Half the width of its confidence interval at the family's level, relative.
+    pub half_width: f64,
+    /// Standard errors that the difference is away from zero; infinite where there is a difference and no noise.
+    pub t: f64,
+    /// Probability of such a difference by chance.
+    pub p_value: f64,
+    /// The smallest bias that would have been seen with a probability of 95 %, relative.
+    pub visible: f64,
+    /// The bias that must not hide, relative.
+    pub bound: f64,
+    /// The radiance that relative numbers are relative to.
+    pub scale: f64,
+    /// The verdict of this comparison.
+    pub verdict: Verdict,
+}
+
+/// The outcome of all comparisons of two samples.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Agreement {
+    /// The worst verdict of all comparisons.
+    pub verdict: Verdict,
+    /// The comparison that chance explains least.
+    pub worst: Finding,
+    /// The comparison where a bias could hide best: the widest interval, measured by its bound.
+    pub blindest: Finding,
+    /// Of the whole picture, the smallest bias that would have been seen in every channel.
+    pub visible_picture: f64,
+    /// Of a block, the smallest bias that would have been seen wherever it is.
+    pub visible_block: f64,
+    /// All comparisons: areas in the order of [`super::Grid::areas`], three channels each.
+    pub findings: Vec<Finding>,
+}
+
+/// What a sample is held against.
+#[derive(Clone, Copy, Debug)]
+pub enum Expected<'a> {
+    /// Another sample, noise of its own included.
+    Sample(&'a Sample),
+    /// Means of the areas that are known exactly.
+    Known(&'a [[f64; 3]]),
+}
+
+/// Compares the means of all areas; `tests` is the number of comparisons in the whole family, those of other pairs included.
+pub fn judge(sample: &Sample, expected: Expected<'_>, standard: &Standard, tests: usize) -> Agreement {
+    let level = family_wise(standard.alpha, tests);
+    let other_mean = |area: usize, channel: usize| match expected {
+        Expected::Sample(other) => 0.5 * (sample.areas()[area][channel].mean + other.areas()[area][channel].mean),
+        Expected::Known(means) => means[area][channel],
+    };
+    // A channel without light is measured by the others.
+    let light = (0..3).map(|c| other_mean(0, c).abs()).sum::<f64>() / 3.0;
+    let picture = |channel: usize| other_mean(0, channel).abs().max(0.1 * light).max(f64::from(f32::MIN_POSITIVE));
+
+    let mut findings = Vec::with_capacity(3 * sample.grid().len());
+    for (i, area) in sample.grid().areas().enumerate() {
+        for channel in 0..3 {
+            let x = &sample.areas()[i][channel];
+            let scale = match area {
+                Area::Picture => picture(channel),
+                Area::Block(..) => other_mean(i, channel).abs().max(0.5 * picture(channel)),
+            };
+            let bound = if area == Area::Picture { standard.bound } else { standard.block_bound };
+            let (test, blind) = match expected {
+                Expected::Sample(other) => {
+                    let y = &other.areas()[i][channel];
+                    (compare_means(x, y), area != Area::Picture && (saw_nothing(x) != saw_nothing(y)))
+                }
+                Expected::Known(means) => (t_test(x, means[i][channel]), false),
+            };
+            findings.push(finding(area, channel, &beyond_rounding(test, scale), level, bound, scale, blind));
+        }
+    }
+    summary(findings)
+}
+
+/// Whether no replicate found any light: its noise, then, is not known either.
+fn saw_nothing(x: &Moments) -> bool {
+    x.mean == 0.0 && x.variance() == 0.0
+}
+
+fn finding(area: Area, channel: usize, test: &MeanTest, level: f64, bound: f64, scale: f64, blind: bool) -> Finding {
+    let verdict = match test.verdict(level, bound * scale) {
+        _ if blind => Verdict::Inconclusive,
+        Single::Pass(_) => Verdict::Pass,
+        Single::Fail(_) => Verdict::Fail,
+        Single::Inconclusive(_) => Verdict::Inconclusive,
+    };
+    let se = test.standard_error / scale;
+    let half_width = if blind {
+        f64::INFINITY
+    } else if se > 0.0 {
+        se * student_quantile(level, test.dof)
+    } else {
+        0.0
+    };
+    let margin = if se > 0.0 { se * power_margin(half_width / se, test.dof) } else { ROUNDING };
+    let difference = test.difference / scale;
+    let t = if se > 0.0 && !blind {
+        difference / se
+    } else if difference == 0.0 || blind {
+        0.0
+    } else {
+        f64::INFINITY.copysign(difference)
+    };
+    let p_value = if blind { 1.0 } else { test.p_value };
+    Finding { area, channel, difference, half_width, t, p_value, visible: half_width + margin, bound, scale, verdict }
+}
+
+/// How many standard errors beyond `t` a bias must be to exceed it with a probability of 95 %: by the normal approximation of the noncentral t,
+/// (t - δ) / √(1 + t²/2ν) [Johnson, Welch 1940].
+fn power_margin(t: f64, dof: f64) -> f64 {
+    const Z: f64 = 1.645; // P(Z < 1.645) = 0.95
+    if t.is_finite() { Z * (1.0 + t * t / (2.0 * dof)).sqrt() } else { 0.0 }
+}
+
+fn summary(findings: Vec<Finding>) -> Agreement {
+    let by = |measure: &dyn Fn(&Finding) -> f64| {
+        *findings.iter().max_by(|a, b| measure(a).total_cmp(&measure(b))).unwrap_or_else(|| unreachable!("a grid has an area"))
+    };
+    let visible =
+        |picture: bool| findings.iter().filter(|f| (f.area == Area::Picture) == picture).map(|f| f.visible).fold(0.0, f64::max);
+    Agreement {
+        verdict: findings.iter().map(|f| f.verdict).max().unwrap_or(Verdict::Inconclusive),
+        // The p-value decides, and where it is too small for a number, t does.
+        worst: by(&|f| f.t.abs() + 1e6 * (1.0 - f.p_value)),
+        blindest: by(&|f| f.half_width / f.bound),
+        visible_picture: visible(true),
+        visible_block: visible(false),
+        findings,
+    }
+}
+
+/// The same test of what of the difference rounding does not explain.
+fn beyond_rounding(test: MeanTest, scale: f64) -> MeanTest {
+    if test.difference.is_nan() {
+        return test;
+    }
+    let difference = (test.difference.abs() - ROUNDING * scale).max(0.0).copysign(test.difference);
+    let p_value = if test.standard_error > 0.0 && test.dof > 0.0 {
+        student_p(difference / test.standard_error, test.dof)
+    } else {
+        f64::from(u8::from(difference == 0.0))
+    };
+    MeanTest { difference, p_value, ..test }
+}
+
+impl Agreement {
+    /// Comparisons that found a difference.
+    pub fn failures(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(|f| f.verdict == Verdict::Fail)
+    }
+
+    /// How far the widest interval exceeds its bound; at most 1 where a PASS is possible.
+    pub fn width(&self) -> f64 {
+        self.blindest.half_width / self.blindest.bound
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let channel = ["red", "green", "blue"][self.channel.min(2)];
+        let (d, h) = (100.0 * self.difference, 100.0 * self.half_width);
+        write!(f, "{} {channel}: {d:+.3} % ± {h:.3} %, t = {:+.2}, p = {:.1e}", self.area, self.t, self.p_value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::agreement::Grid;
+    use etendue_check::rng;
+
+    /// K pictures of a mean and of noise that is far from normal in a single pixel: a few bright hits.
+    fn sample(seed: u64, k: u32, mean: impl Fn(usize) -> f64, hit: f64) -> Sample {
+        let grid = Grid::new([16, 16], 8);
+        let mut sample = Sample::new(grid);
+        let mut r = rng(seed);
+        for _ in 0..k {
+            let pixel = |i: usize, r: &mut etendue_check::Rng| {
+                let light = if r.u1_f64() < hit { mean(i) / hit } else { 0.0 };
+                [light as f32, (0.5 * light) as f32, (2.0 * light) as f32]
+            };
+            let picture: Vec<_> = (0..256).map(|i| pixel(i, &mut r)).collect();
+            sample.add(&picture);
+        }
+        sample
+    }
+
+    const LOOSE: Standard = Standard { alpha: 0.01, bound: 0.3, block_bound: 2.0 };
+
+    /// 200 families of right pairs: 2 false alarms are expected at most, and 10 or more have a probability below 1e-4.
+    #[test]
+    fn right_pairs_alarm_at_the_stated_rate() {
+        let tests = 3 * 17;
+        let fails = (0..200)
+            .filter(|s| {
+                let (a, b) = (sample(2 * s, 16, |_| 1.0, 0.4), sample(2 * s + 1, 24, |_| 1.0, 0.7));
+                judge(&a, Expected::Sample(&b), &LOOSE, tests).verdict == Verdict::Fail
+            })
+            .count();
+        assert!(fails < 10, "{fails} of 200");
+    }
+
+    /// A bias as large as is said to be visible is seen in 95 of 100 cases: of 200, fewer than 175 have a probability below 1e-4.
+    #[test]
+    fn what_is_said_to_be_visible_is_seen() {
+        let known = vec![[1.0, 0.5, 2.0]; 17];
+        let at = |s: u64, mean: f64| judge(&sample(s, 16, |_| mean, 0.5), Expected::Known(&known), &LOOSE, 51);
+        let visible = (0..50).map(|s| at(s, 1.12).findings[0].visible).sum::<f64>() / 50.0;
+        let seen = (1000..1200).filter(|s| at(*s, 1.0 + visible).findings[0].verdict == Verdict::Fail).count();
+        assert!(seen >= 175, "{seen} of 200");
+    }
+
+    #[test]
+    fn a_biased_block_is_named() {
+        let a = sample(1, 16, |i| if i % 16 >= 12 && i / 16 < 4 { 6.0 } else { 1.0 }, 0.5);
+        let b = sample(2, 16, |_| 1.0, 0.5);
+        let found = judge(&a, Expected::Sample(&b), &LOOSE, 51);
+        assert_eq!((found.verdict, found.worst.area), (Verdict::Fail, Area::Block(3, 0)));
+        assert!(found.failures().count() >= 2 && found.worst.difference > 0.5);
+    }
+
+    #[test]
+    fn noise_hides_and_makes_it_inconclusive() {
+        let (a, b) = (sample(3, 16, |_| 1.0, 0.01), sample(4, 16, |_| 1.0, 0.5));
+        let found = judge(&a, Expected::Sample(&b), &Standard::default(), 51);
+        assert_eq!(found.verdict, Verdict::Inconclusive);
+        assert!(found.width() > 1.0 && found.visible_picture > 0.02);
+    }
+
+    /// Without noise: equal or not, but for rounding. A block where only one found light says nothing; a black picture does.
+    #[test]
+    fn without_noise() {
+        let known = |x: f64| vec![[x, 0.5 * x, 2.0 * x]; 17];
+        let exact = sample(5, 16, |_| 1.0, 1.0);
+        assert_eq!(judge(&exact, Expected::Known(&known(1.000_001)), &LOOSE, 51).verdict, Verdict::Pass);
+        assert_eq!(judge(&exact, Expected::Known(&known(1.000_01)), &LOOSE, 51).verdict, Verdict::Fail);
+        let corner = |i: usize| if i % 16 < 4 && i / 16 < 4 { 0.0 } else { 1.0 };
+        let blind = judge(&sample(6, 16, |_| 1.0, 0.2), Expected::Sample(&sample(7, 16, corner, 0.2)), &LOOSE, 51);
+        assert!(blind.verdict < Verdict::Fail);
+        let black = judge(&sample(8, 16, |_| 0.0, 0.5), Expected::Sample(&exact), &LOOSE, 51);
+        assert_eq!((black.verdict, black.worst.area), (Verdict::Fail, Area::Picture));
+    }
+}
