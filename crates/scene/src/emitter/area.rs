@@ -31,6 +31,7 @@ pub struct Area {
 }
 
 /// A place on the surface, for its texture.
+#[inline]
 pub(super) fn texture_context<'a>(scene: &'a Scene, surface: SurfaceId, at: &SurfacePoint) -> TextureContext<'a> {
     TextureContext { scene, uv: at.uv, surface, primitive: at.primitive, bary: at.bary }
 }
@@ -53,23 +54,28 @@ pub(super) fn mean_radiance(scene: &Scene, surface: SurfaceId, radiance: &ColorS
 }
 
 impl Area {
+    #[inline]
     fn shape<'a>(&self, scene: &'a Scene) -> &'a Shape {
         &scene.surface(self.surface).shape
     }
 }
 
 impl Light for Area {
+    #[inline]
     fn le(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Spectrum {
         if x.n.dot(x.wo) > 0.0 { self.radiance.eval(&scene.texture_context(x), wl) } else { Spectrum::ZERO }
     }
 
+    #[inline]
     fn pdf(&self, scene: &Scene, from: &LightReference, id: LightId, x: &Interaction) -> f32 {
         let front = x.n.dot(from.p - x.p) > 0.0;
         if front { self.shape(scene).pdf_direction(id.primitive, from.p, x) } else { 0.0 }
     }
 
+    #[inline]
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
-        let (at, pdf_w) = self.shape(scene).sample_direction(id.primitive, from.p, u)?;
+        let sample = self.shape(scene).sample_direction(id.primitive, from.p, u);
+        let (at, pdf_w) = sample.as_ref()?;
         let d = from.p - at.p;
         let distance = d.length();
         if at.n.dot(d) <= 0.0 || distance == 0.0 {
@@ -79,9 +85,11 @@ impl Light for Area {
             wi: -d / distance,
             p: offset_origin(at.p, at.p_error, at.n, d),
             distance,
-            le: self.radiance.eval(&texture_context(scene, self.surface, &at), wl),
-            pdf: Pdf::SolidAngle(pdf_w),
+            le: self.radiance.eval(&texture_context(scene, self.surface, at), wl),
+            pdf: Pdf::SolidAngle(*pdf_w),
             emitter: id.emitter,
+            primitive: id.primitive,
+            n: at.n,
         })
     }
 
@@ -102,6 +110,7 @@ impl Light for Area {
             pdf: EmissionPdf { position: PositionPdf::Area(at.pdf_a), direction: Pdf::SolidAngle(cosine_hemisphere_pdf(local.z)) },
             weight: self.radiance.eval(&texture_context(scene, self.surface, &at), wl) / (at.pdf_a * FRAC_1_PI),
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

@@ -60,6 +60,8 @@ impl Light for Constant {
             le: self.radiance.at(wl),
             pdf: Pdf::SolidAngle(pdf_w),
             emitter: id.emitter,
+            primitive: 0,
+            n: Vec3::ZERO,
         })
     }
 
@@ -76,6 +78,7 @@ impl Light for Constant {
             pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(sphere_pdf()) },
             weight: self.radiance.at(wl) / (pdf_a * sphere_pdf()),
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

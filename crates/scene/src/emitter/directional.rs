@@ -58,7 +58,20 @@ impl Light for Directional {
         let wi = -self.direction;
         let p = outside(scene, from.p, wi);
         let le = self.irradiance.at(wl);
-        Some(LightSample { wi, p, distance: f32::INFINITY, le, pdf: Pdf::Delta(1.0), emitter: id.emitter })
+        Some(LightSample {
+            wi,
+            p,
+            distance: f32::INFINITY,
+            le,
+            pdf: Pdf::Delta(1.0),
+            emitter: id.emitter,
+            primitive: 0,
+            n: Vec3::ZERO,
+        })
+    }
+
+    fn pdf_emission_discrete(&self, scene: &Scene, _: Vec3) -> EmissionPdf {
+        EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction: Pdf::Delta(1.0) }
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, _: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
@@ -69,6 +82,7 @@ impl Light for Directional {
             pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::Delta(1.0) },
             weight: self.irradiance.at(wl) / pdf_a,
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

@@ -48,6 +48,7 @@ impl Light for DirectionalArea {
             pdf: EmissionPdf { position: PositionPdf::Area(at.pdf_a), direction: Pdf::Delta(1.0) },
             weight: self.radiance.eval(&texture_context(scene, self.surface, &at), wl) / at.pdf_a,
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

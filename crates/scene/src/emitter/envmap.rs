@@ -150,6 +150,8 @@ impl Light for Environment {
             le,
             pdf: Pdf::SolidAngle(pdf_w),
             emitter: id.emitter,
+            primitive: 0,
+            n: Vec3::ZERO,
         })
     }
 
@@ -168,6 +170,7 @@ impl Light for Environment {
             pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(pdf_w) },
             weight: le / (pdf_a * pdf_w),
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

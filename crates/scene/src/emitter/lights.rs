@@ -43,8 +43,8 @@ pub struct Lights {
     /// For each emitter its first primitive among them.
     first: Vec<Option<u32>>,
     tree: LightTree,
-    /// Whether there is but one light primitive and nothing to choose.
-    is_alone: bool,
+    /// The only light that can be sampled, where there is nothing to choose.
+    alone: Option<LightId>,
     /// All primitives and distant lights, and the choice among them by flux.
     emitting: Vec<LightId>,
     by_flux: Option<Table1D>,
@@ -91,7 +91,11 @@ impl Lights {
             own.iter_mut().for_each(|f| *f = f.max(least));
         }
         lights.tree = LightTree::new(&bounds);
-        lights.is_alone = lights.primitives.len() == 1 && lights.distant.is_empty() && !lights.tree.is_empty();
+        lights.alone = match (&lights.primitives[..], &lights.distant[..], &lights.environments[..]) {
+            ([only], [], _) if !lights.tree.is_empty() => Some(*only),
+            ([], [only], [] | [_]) => Some(LightId { emitter: only.emitter, primitive: 0 }),
+            _ => None,
+        };
         lights.by_flux = (!flux.is_empty()).then(|| Table1D::new(&flux));
         lights
     }
@@ -107,6 +111,12 @@ impl Lights {
         self.distant.is_empty() && self.tree.is_empty()
     }
 
+    /// Whether there is but one light: nothing to choose, and `u_light` is not looked at.
+    #[inline]
+    pub fn is_alone(&self) -> bool {
+        self.alone.is_some()
+    }
+
     /// Flux Φ of all emitters, W.
     pub fn power(&self) -> Spectrum {
         self.power
@@ -116,7 +126,7 @@ impl Lights {
     pub fn pdf(&self, scene: &Scene, from: &LightReference, x: &Interaction) -> f32 {
         let Some(id) = self.light_at(scene, x) else { return 0.0 };
         let Some(first) = self.first[id.emitter.index()] else { return 0.0 };
-        if self.is_alone {
+        if self.is_alone() {
             return scene.emitter(id.emitter).model.pdf(scene, from, id, x);
         }
         let chosen = self.tree.probability(from, (first + id.primitive) as usize);
@@ -139,12 +149,29 @@ impl Lights {
         if density > 0.0 { density * (1.0 - self.tree_share(from)) } else { 0.0 }
     }
 
-    /// A point on a light for `from`: `u_light` chooses the light, `u` the point on it; `None` where no light can arrive.
-    pub fn sample(&self, scene: &Scene, from: &LightReference, u_light: f32, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
-        if self.is_alone {
-            let id = self.primitives[0];
-            return scene.emitter(id.emitter).model.sample(scene, from, id, u, wl);
+    /// The probability with which [`Lights::sample`] chooses at `from` the point or the single direction `emitter`.
+    pub fn probability(&self, from: &LightReference, emitter: EmitterId) -> f32 {
+        if let Some(only) = self.alone {
+            return if only.emitter == emitter { 1.0 } else { 0.0 };
         }
+        if let Some(first) = self.first[emitter.index()] {
+            return self.tree_share(from) * self.tree.probability(from, first as usize);
+        }
+        let Some(distant) = self.distant.iter().find(|d| d.emitter == emitter) else { return 0.0 };
+        let total = self.distant_irradiance(from);
+        if total > 0.0 { (1.0 - self.tree_share(from)) * distant.weight(from) / total } else { 0.0 }
+    }
+
+    /// A point on a light for `from`: `u_light` chooses the light, `u` the point on it; `None` where no light can arrive.
+    #[inline]
+    pub fn sample(&self, scene: &Scene, from: &LightReference, u_light: f32, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        match self.alone {
+            Some(id) => scene.emitter(id.emitter).model.sample(scene, from, id, u, wl),
+            None => self.sample_one_of(scene, from, u_light, u, wl),
+        }
+    }
+
+    fn sample_one_of(&self, scene: &Scene, from: &LightReference, u_light: f32, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         // A tree of many lights asks for more digits than `u_light` has. The rest is scrambled out of `u`.
         let digits = unit(mix(u64::from(u.x.to_bits()) << 32 | u64::from(u.y.to_bits())) as u32);
         let u_light = f64::from(u_light) + f64::from(digits) * (0.5f64).powi(24);
@@ -207,6 +234,12 @@ impl Lights {
     /// The same for light of `emitter`, one of the surroundings, that comes from the direction `wi`.
     pub fn pdf_emission_escaped(&self, scene: &Scene, emitter: EmitterId, wi: Vec3) -> EmissionPdf {
         let pdf = scene.emitter(emitter).model.pdf_emission_escaped(scene, wi);
+        EmissionPdf { position: pdf.position.times(self.flux_share(LightId { emitter, primitive: 0 })), ..pdf }
+    }
+
+    /// The same for light that travels towards `w` from the point or the single direction `emitter`.
+    pub fn pdf_emission_discrete(&self, scene: &Scene, emitter: EmitterId, w: Vec3) -> EmissionPdf {
+        let pdf = scene.emitter(emitter).model.pdf_emission_discrete(scene, w);
         EmissionPdf { position: pdf.position.times(self.flux_share(LightId { emitter, primitive: 0 })), ..pdf }
     }
 

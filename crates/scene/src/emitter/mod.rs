@@ -78,6 +78,11 @@ pub trait Light {
         EmissionPdf::ZERO
     }
 
+    /// The same for points and single directions, for light that travels towards `w`.
+    fn pdf_emission_discrete(&self, _scene: &Scene, _w: Vec3) -> EmissionPdf {
+        EmissionPdf::ZERO
+    }
+
     /// A ray that sets out from the primitive: `u_position` picks where, `u_direction` whereto.
     fn sample_emission(
         &self,
@@ -158,6 +163,9 @@ macro_rules! models {
             }
             fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
                 match self { $(Self::$model(m) => m.pdf_emission_escaped(scene, wi),)* }
+            }
+            fn pdf_emission_discrete(&self, scene: &Scene, w: Vec3) -> EmissionPdf {
+                match self { $(Self::$model(m) => m.pdf_emission_discrete(scene, w),)* }
             }
             fn sample_emission(
                 &self, scene: &Scene, id: LightId, u_position: Vec2, u_direction: Vec2, wl: &Wavelengths,

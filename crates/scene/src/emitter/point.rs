@@ -38,7 +38,11 @@ impl Light for Point {
     fn sample(&self, _: &Scene, from: &LightReference, id: LightId, _: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         let (wi, distance, inverse_r2) = towards(from.p, self.p)?;
         let le = self.intensity.at(wl) * inverse_r2;
-        Some(LightSample { wi, p: self.p, distance, le, pdf: Pdf::Delta(1.0), emitter: id.emitter })
+        Some(LightSample { wi, p: self.p, distance, le, pdf: Pdf::Delta(1.0), emitter: id.emitter, primitive: 0, n: Vec3::ZERO })
+    }
+
+    fn pdf_emission_discrete(&self, _: &Scene, _: Vec3) -> EmissionPdf {
+        EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(sphere_pdf()) }
     }
 
     fn sample_emission(&self, _: &Scene, id: LightId, _: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
@@ -48,6 +52,7 @@ impl Light for Point {
             pdf: EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(sphere_pdf()) },
             weight: self.intensity.at(wl) / sphere_pdf(),
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

@@ -66,8 +66,17 @@ impl Light for Projector {
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, _: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         let (wi, distance, inverse_r2) = towards(from.p, self.p)?;
         let le = self.intensity(scene, -wi, wl) * inverse_r2;
-        let sample = LightSample { wi, p: self.p, distance, le, pdf: Pdf::Delta(1.0), emitter: id.emitter };
+        let sample =
+            LightSample { wi, p: self.p, distance, le, pdf: Pdf::Delta(1.0), emitter: id.emitter, primitive: 0, n: Vec3::ZERO };
         (!le.is_zero()).then_some(sample)
+    }
+
+    fn pdf_emission_discrete(&self, _: &Scene, w: Vec3) -> EmissionPdf {
+        let local = self.axes.to_local(w);
+        let place = local.truncate() / (local.z * self.tan_half);
+        let inside = local.z > 0.0 && place.abs().cmple(Vec2::ONE).all();
+        let pdf_w = if inside { 1.0 / (self.image_area() * local.z * local.z * local.z) } else { 0.0 };
+        EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(pdf_w) }
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, _: Vec2, u: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
@@ -81,6 +90,7 @@ impl Light for Projector {
             pdf: EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(pdf_w) },
             weight: picture * (PI * self.scale * self.image_area()),
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 

@@ -62,6 +62,10 @@ pub struct LightSample {
     pub pdf: Pdf,
     /// The light.
     pub emitter: EmitterId,
+    /// Its primitive, as in [`LightId`].
+    pub primitive: u32,
+    /// The light's unit normal at the point; zero of points and of the surroundings.
+    pub n: Vec3,
 }
 
 impl LightSample {
@@ -142,4 +146,6 @@ pub struct EmissionSample {
     pub weight: Spectrum,
     /// The light.
     pub emitter: EmitterId,
+    /// Its primitive, as in [`LightId`].
+    pub primitive: u32,
 }

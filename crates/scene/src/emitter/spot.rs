@@ -82,8 +82,15 @@ impl Light for Spot {
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, _: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         let (wi, distance, inverse_r2) = towards(from.p, self.p)?;
         let le = self.intensity(scene, -wi, wl) * inverse_r2;
-        let sample = LightSample { wi, p: self.p, distance, le, pdf: Pdf::Delta(1.0), emitter: id.emitter };
+        let sample =
+            LightSample { wi, p: self.p, distance, le, pdf: Pdf::Delta(1.0), emitter: id.emitter, primitive: 0, n: Vec3::ZERO };
         (!le.is_zero()).then_some(sample)
+    }
+
+    fn pdf_emission_discrete(&self, _: &Scene, w: Vec3) -> EmissionPdf {
+        let inside = 1.0 - self.axes.to_local(w).z <= self.versine();
+        let pdf_w = if inside { cone_pdf(self.versine()) } else { 0.0 };
+        EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(pdf_w) }
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, _: Vec2, u: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
@@ -95,6 +102,7 @@ impl Light for Spot {
             pdf: EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(pdf_w) },
             weight: self.intensity(scene, d, wl) / pdf_w,
             emitter: id.emitter,
+            primitive: id.primitive,
         })
     }
 
