@@ -70,6 +70,12 @@ impl Bsdf {
         self.len == 0
     }
 
+    /// Whether any lobe has a frame of its own: only then may the surface be another one, looked at from another side.
+    #[inline]
+    pub fn is_bent(&self) -> bool {
+        self.lobes().any(|slot| slot.frame.is_some())
+    }
+
     /// Adds `weight` times a lobe; weights that are not positive numbers add nothing. `false` where there is no room: the
     /// number of lobes is known when a scene is compiled, and should be checked there.
     #[inline]
@@ -158,6 +164,12 @@ impl Bsdf {
             scaled += x / (eta * eta);
         }
         if scaled > 0.0 { (f / scaled).sqrt() } else { 1.0 }
+    }
+
+    /// Whether [`Scatter::sample`] looks at its number `u1`, which chooses among lobes or within one.
+    #[inline]
+    pub fn has_choice(&self) -> bool {
+        self.only().is_none_or(|slot| slot.lobe.has_choice())
     }
 
     #[inline]

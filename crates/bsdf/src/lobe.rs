@@ -23,6 +23,19 @@ macro_rules! lobes {
             }
         )+
 
+        /// The way round for all but the commonest lobe, which is worth having in line where it is called.
+        impl Lobe {
+            #[inline(never)]
+            fn sample_any(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+                match self { $(Self::$name(lobe) => lobe.sample(wo, u1, u2),)+ }
+            }
+
+            #[inline(never)]
+            fn eval_pdf_any(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+                match self { $(Self::$name(lobe) => lobe.eval_pdf(wo, wi),)+ }
+            }
+        }
+
         impl Scatter for Lobe {
             #[inline]
             fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
@@ -36,12 +49,18 @@ macro_rules! lobes {
 
             #[inline]
             fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
-                match self { $(Self::$name(lobe) => lobe.sample(wo, u1, u2),)+ }
+                match self {
+                    Self::Diffuse(lobe) => lobe.sample(wo, u1, u2),
+                    _ => self.sample_any(wo, u1, u2),
+                }
             }
 
             #[inline]
             fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-                match self { $(Self::$name(lobe) => lobe.eval_pdf(wo, wi),)+ }
+                match self {
+                    Self::Diffuse(lobe) => lobe.eval_pdf(wo, wi),
+                    _ => self.eval_pdf_any(wo, wi),
+                }
             }
 
             #[inline]
@@ -79,6 +98,14 @@ macro_rules! lobes {
             }
         }
     };
+}
+
+impl Lobe {
+    /// Whether [`Scatter::sample`] looks at its number `u1`.
+    #[inline]
+    pub fn has_choice(&self) -> bool {
+        !matches!(self, Self::Diffuse(_) | Self::Conductor(_) | Self::RoughConductor(_) | Self::Null(_))
+    }
 }
 
 lobes!(

@@ -44,7 +44,7 @@ impl Ray {
 ///
 /// `error` bounds |p_computed - p| in each coordinate; `n` is the geometric normal. The point moves along n by |n|·error and is
 /// then rounded away from the surface by one ulp in each coordinate [Pharr, Jakob, Humphreys 2023, §6.8.6].
-#[inline]
+#[inline(always)] // as a return value it would go through memory
 pub fn offset_origin(p: Vec3, error: Vec3, n: Vec3, w: Vec3) -> Vec3 {
     let distance = n.abs().dot(error);
     let offset = if w.dot(n) < 0.0 { -n * distance } else { n * distance };

@@ -40,7 +40,7 @@ pub struct Interaction {
 
 impl Interaction {
     /// The surface point that `ray`, of unit direction, met at `hit`; of a ray of another length `wo` is left to the caller.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(point: &SurfacePoint, ray: &Ray, hit: &Hit, dp_du: Vec3, dp_dv: Vec3) -> Self {
         Self {
             p: point.p,

@@ -57,7 +57,7 @@ impl Scene {
     }
 
     /// The surface at a hit, seen along `ray`.
-    #[inline]
+    #[inline(always)] // as a return value it would go through memory
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let surface = self.surfaces.get(SurfaceId(hit.geometry));
         if hit.instance == NO_INSTANCE {
@@ -102,6 +102,13 @@ impl Scene {
     pub fn bsdf(&self, x: &Interaction, wl: &Wavelengths) -> Bsdf {
         let material = self.surface(x.surface).material;
         self.material(material).evaluate(self, x, wl)
+    }
+
+    /// The same into an empty `Bsdf`, where it stays.
+    #[inline]
+    pub fn bsdf_into(&self, x: &Interaction, wl: &Wavelengths, to: &mut Bsdf) {
+        let material = self.surface(x.surface).material;
+        self.material(material).evaluate_into(self, x, wl, to);
     }
 
     /// Le(x → wo), W/(m² sr): what the surface itself emits back along the ray.

@@ -8,6 +8,7 @@
 use crate::transport::{Context, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot};
 use etendue_accel::Hit;
 use etendue_numerics::{Pdf, Sampler};
+use etendue_scene::Interaction;
 
 /// The solver `path-mis`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,26 +17,39 @@ pub struct PathMis {
     pub heuristic: Heuristic,
 }
 
-impl PathSolver for PathMis {
+impl PathMis {
+    /// Collects Le at x or of the surroundings, weighted against the light sample that might have found it.
     #[inline]
-    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
-        let x = hit.map(|hit| c.scene.interaction(&state.ray, &hit));
-
-        // Light that the walk hits.
-        let (le, pdf_light) = emission(c, state, x.as_ref());
+    fn collect(&self, c: &Context<'_>, state: &mut PathState, x: Option<&Interaction>) {
+        let (le, pdf_light) = emission(c, state, x);
         let share = match state.pdf {
             Pdf::Delta(_) => 1.0,
             Pdf::SolidAngle(pdf_bsdf) => mis_weight(self.heuristic, pdf_bsdf, pdf_light),
         };
         state.collect(&c.rules, le * share);
-        let Some(x) = x.filter(|_| !c.ends(state)) else { return Step::END };
+    }
+}
+
+impl PathSolver for PathMis {
+    #[inline]
+    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        // Light that the walk hits.
+        let Some(hit) = &hit else {
+            self.collect(c, state, None);
+            return Step::END;
+        };
+        let mut vertex = Vertex::at(c.scene.interaction(&state.ray, hit));
+        self.collect(c, state, Some(&vertex.x));
+        if c.ends(state) {
+            return Step::END;
+        }
 
         // Light that a light sample finds.
-        let vertex = Vertex::new(c.scene, x, &state.wl);
+        vertex.evaluate(c.scene, &state.wl);
         let shadow = next_event(c, state, &vertex, u, |pdf_light, pdf_bsdf| mis_weight(self.heuristic, pdf_light, pdf_bsdf));
 
         // The next direction.
-        let u_lobe = u.u2(state.dim(slot::LOBE));
+        let u_lobe = state.choices(&c.rules, &vertex, u);
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
         Step { shadow, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }
     }

@@ -26,7 +26,7 @@ impl PathSolver for PathNee {
         let Some(x) = x.filter(|_| !c.ends(state)) else { return Step::END };
         let vertex = Vertex::new(c.scene, x, &state.wl);
         let shadow = next_event(c, state, &vertex, u, |_, _| 1.0);
-        let u_lobe = u.u2(state.dim(slot::LOBE));
+        let u_lobe = state.choices(&c.rules, &vertex, u);
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
         Step { shadow, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }
     }

@@ -44,7 +44,7 @@ impl Scatter for Diffuse {
         if wo.z > 0.0 { cosine_pdf(wi) } else { 0.0 }
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample(&self, wo: Vec3, _u1: f32, u2: Vec2) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;

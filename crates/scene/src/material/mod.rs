@@ -215,6 +215,13 @@ impl Material {
         self.bsdf(&at)
     }
 
+    /// [`Material::evaluate`] into an empty `Bsdf`, where it stays: moving one costs as much as filling it.
+    #[inline]
+    pub fn evaluate_into(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths, to: &mut Bsdf) {
+        let frame = x.shading;
+        self.add(&Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) }, 1.0, to);
+    }
+
     /// Whether light may pass straight through, as if nothing were there.
     #[inline]
     pub fn may_be_transparent(&self) -> bool {

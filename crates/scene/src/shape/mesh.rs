@@ -44,20 +44,33 @@ pub struct Mesh {
 /// What does not change over a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Face {
-    /// Unit normal by the order of the corners.
-    pub n: Vec3,
-    /// The part of a point's error bound that is the same all over the triangle.
+    /// Unit geometric normal. Where the triangle is flat it is on the side of the vertex normals, if there are any.
+    n: Vec3,
+    /// The part of a point's error bound that is the same all over the triangle; below zero where vertex normals bend the surface.
     error: f32,
 }
 
 impl Face {
-    fn of(corners: [Vec3; 3]) -> Self {
+    fn of(mesh: &Mesh, triangle: [u32; 3]) -> Self {
         // The test that a ray leaving the triangle is put to rounds the corners as seen from its origin, and the normal; thin triangles amplify
         // that. The factor is measured: four times the worst of a million.
+        let corners = mesh.corners(triangle);
         let twice_area = cross(corners);
         let extent = Bounds3::of(corners).size().max_element();
         let thinness = (extent * extent / twice_area.length() as f32).clamp(1.0, 1e5);
-        Self { n: twice_area.normalize_or(DVec3::Z).as_vec3(), error: extent * (gamma(2) + gamma(1) * 0.5 * thinness) }
+        let error = extent * (gamma(2) + gamma(1) * 0.5 * thinness);
+
+        let n = twice_area.normalize_or(DVec3::Z).as_vec3();
+        if mesh.normals.is_empty() {
+            return Self { n, error };
+        }
+        // Vertex normals that are the triangle's own need not be looked up.
+        let bend = |side: Vec3| triangle.iter().map(|i| (mesh.normals[*i as usize] - side).length_squared()).fold(0.0, f32::max);
+        match (bend(n) < 1e-12, bend(-n) < 1e-12) {
+            (true, _) => Self { n, error },
+            (_, true) => Self { n: -n, error },
+            _ => Self { n, error: -error },
+        }
     }
 }
 
@@ -65,14 +78,8 @@ impl Mesh {
     /// The same mesh, to be called when its fields are set: two triangles that make a flat quadrilateral become one primitive.
     pub fn finish(mut self) -> Self {
         self.quad = Quad::of(&self);
-        self.faces = self.indices.iter().map(|t| Face::of(self.corners(*t))).collect();
+        self.faces = self.indices.iter().map(|t| Face::of(&self, *t)).collect();
         self
-    }
-
-    /// What does not change over a triangle.
-    #[inline]
-    pub(super) fn face(&self, triangle: u32) -> Face {
-        self.faces[triangle as usize]
     }
 
     /// The corners of a triangle.
@@ -100,7 +107,7 @@ impl Mesh {
     }
 
     /// The point at barycentrics of a triangle.
-    #[inline]
+    #[inline(always)] // as a return value it would go through memory
     pub(super) fn point(&self, triangle: u32, bary: Vec2) -> SurfacePoint {
         let index = self.indices[triangle as usize];
         let corners = self.corners(index);
@@ -109,12 +116,12 @@ impl Mesh {
         let p = q0 + q1 + q2;
 
         // Rounding of the sum [Pharr, Jakob, Humphreys 2023, §6.8.5], and what the triangle adds.
-        let Face { n: face, error } = self.face(triangle);
-        let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7) + Vec3::splat(error);
+        let Face { mut n, error } = self.faces[triangle as usize];
+        let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7) + Vec3::splat(error.abs());
 
-        let (mut n, mut ns) = (face, face);
-        if !self.normals.is_empty() {
-            ns = interpolate(&self.normals, index, b).try_normalize().unwrap_or(face);
+        let mut ns = n;
+        if error < 0.0 {
+            ns = interpolate(&self.normals, index, b).try_normalize().unwrap_or(n);
             if n.dot(ns) < 0.0 {
                 n = -n;
             }
@@ -127,7 +134,7 @@ impl Mesh {
     }
 
     /// ∂p/∂u and ∂p/∂v of a triangle; any tangents where its texture coordinates do not span the plane.
-    #[inline]
+    #[inline(always)]
     fn tangents(&self, triangle: u32) -> (Vec3, Vec3) {
         let index = self.indices[triangle as usize];
         let [p0, p1, p2] = self.corners(index);
@@ -143,7 +150,7 @@ impl Mesh {
         if dp_du.is_finite() && dp_dv.is_finite() {
             return (dp_du, dp_dv);
         }
-        let frame = Frame::from_normal(self.face(triangle).n);
+        let frame = Frame::from_normal(self.faces[triangle as usize].n);
         (frame.s, frame.t)
     }
 }
@@ -180,21 +187,24 @@ impl Geometry for Mesh {
         None
     }
 
-    #[inline]
+    #[inline(always)]
     fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
         let point = self.point(hit.primitive, Vec2::new(hit.u, hit.v));
         let (dp_du, dp_dv) = self.tangents(hit.primitive);
         Interaction::at(&point, ray, hit, dp_du, dp_dv)
     }
 
+    #[inline]
     fn sample_area(&self, primitive: u32, u: Vec2) -> SurfacePoint {
         self.patch_by_area(primitive, u)
     }
 
+    #[inline]
     fn pdf_direction(&self, primitive: u32, from: Vec3, at: &Interaction) -> f32 {
         self.patch_pdf(primitive, from, at)
     }
 
+    #[inline]
     fn sample_direction(&self, primitive: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {
         self.patch_by_direction(primitive, from, u)
     }

@@ -145,6 +145,7 @@ macro_rules! shapes {
             fn primitive_count(&self) -> u32 {
                 match self { $(Self::$name(s) => s.primitive_count(),)* }
             }
+            #[inline]
             fn area_of(&self, primitive: u32) -> f32 {
                 match self { $(Self::$name(s) => s.area_of(primitive),)* }
             }
@@ -152,16 +153,19 @@ macro_rules! shapes {
             fn intersect(&self, ray: &Ray) -> Option<CustomHit> {
                 match self { $(Self::$name(s) => s.intersect(ray),)* }
             }
-            #[inline]
+            #[inline(always)]
             fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {
                 match self { $(Self::$name(s) => s.interaction(ray, hit),)* }
             }
+            #[inline]
             fn sample_area(&self, primitive: u32, u: Vec2) -> SurfacePoint {
                 match self { $(Self::$name(s) => s.sample_area(primitive, u),)* }
             }
+            #[inline]
             fn pdf_direction(&self, primitive: u32, from: Vec3, at: &Interaction) -> f32 {
                 match self { $(Self::$name(s) => s.pdf_direction(primitive, from, at),)* }
             }
+            #[inline]
             fn sample_direction(&self, primitive: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {
                 match self { $(Self::$name(s) => s.sample_direction(primitive, from, u),)* }
             }

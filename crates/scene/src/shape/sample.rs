@@ -36,18 +36,21 @@ impl From<&Interaction> for SurfacePoint {
 }
 
 /// p_w for a point drawn uniformly from `area` m².
+#[inline]
 pub(crate) fn pdf_direction_by_area(area: f32, from: Vec3, at: &Interaction) -> f32 {
     to_solid_angle(1.0 / area, from, at.p, at.n)
 }
 
 /// A point drawn by area, with its p_w.
+#[inline(always)]
 pub(crate) fn sample_direction_by_area(point: SurfacePoint, from: Vec3) -> Option<(SurfacePoint, f32)> {
     let pdf_w = to_solid_angle(point.pdf_a, from, point.p, point.n);
     (pdf_w > 0.0).then_some((point, pdf_w))
 }
 
 /// p_A → p_w; zero where the surface is seen edge-on or the density is not finite.
-fn to_solid_angle(pdf_a: f32, x: Vec3, y: Vec3, n: Vec3) -> f32 {
+#[inline]
+pub(crate) fn to_solid_angle(pdf_a: f32, x: Vec3, y: Vec3, n: Vec3) -> f32 {
     let pdf_w = etendue_numerics::measure::area_to_solid_angle(pdf_a, x, y, n);
     if pdf_w.is_finite() { pdf_w } else { 0.0 }
 }

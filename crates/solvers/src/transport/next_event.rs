@@ -33,9 +33,10 @@ pub fn next_event(
         return None;
     }
     let from = vertex.light_reference();
-    let (u_light, u_point) = (u.u1(state.dim(slot::LIGHT)), u.u2(state.dim(slot::LIGHT_POINT)));
-    let light = c.scene.sample_light(&from, u_light, u_point, &state.wl)?;
-    connection(state, vertex, &light, weight)
+    let u_light = if c.scene.lights.is_alone() { 0.0 } else { u.u1(state.dim(slot::LIGHT)) };
+    let u_point = u.u2(state.dim(slot::LIGHT_POINT));
+    let light = c.scene.sample_light(&from, u_light, u_point, &state.wl);
+    connection(state, vertex, light.as_ref()?, weight)
 }
 
 /// The connection to the light point `light`; `weight` as in [`next_event`].

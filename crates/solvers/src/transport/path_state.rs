@@ -3,7 +3,7 @@
 use super::{PathRules, ShadowQuery, Vertex, VertexSample, roulette};
 use crate::solver::Needs;
 use etendue_accel::Hit;
-use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Wavelengths};
+use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::{Interaction, LightReference, Scene};
 
 /// The random decisions at a vertex; each has two dimensions.
@@ -151,6 +151,13 @@ impl PathState {
         Dim::at(self.vertex, slot)
     }
 
+    /// The numbers that choose among the lobes (x) and between life and death (y); not drawn where nobody looks at them.
+    #[inline]
+    pub fn choices(&self, rules: &PathRules, vertex: &Vertex, u: &Sampler) -> Vec2 {
+        let asked = vertex.bsdf.has_choice() || self.vertex >= rules.rr_depth;
+        if asked { u.u2(self.dim(slot::LOBE)) } else { Vec2::ZERO }
+    }
+
     /// Collects emission at the ray's end.
     #[inline]
     pub fn collect(&mut self, rules: &PathRules, le: Spectrum) {
@@ -162,7 +169,7 @@ impl PathState {
     /// Turns the walk into a sampled direction; `false` where it ends.
     #[inline]
     pub fn turn(&mut self, rules: &PathRules, vertex: &Vertex, sample: Option<VertexSample>, u_roulette: f32) -> bool {
-        let Some(s) = sample else { return false };
+        let Some(s) = &sample else { return false };
         self.beta.scatter(s.weight);
         if self.beta.is_zero() {
             return false;
@@ -185,7 +192,7 @@ impl PathState {
 
 /// The emission that the walk meets at its ray's end, and the density of light sampling for it, 1/sr: zero where no light sample at
 /// the last vertex could have found it, or nobody asked for one (after a discrete direction).
-#[inline]
+#[inline(always)]
 pub(crate) fn emission(c: &Context<'_>, state: &PathState, x: Option<&Interaction>) -> (Spectrum, f32) {
     let le = match x {
         Some(x) => c.scene.le(x, &state.wl),
@@ -208,9 +215,9 @@ pub fn trace(solver: &impl PathSolver, c: &Context<'_>, mut state: PathState, u:
         *rays += 1;
         let hit = c.scene.intersect(&state.ray);
         let step = solver.scatter(c, &mut state, hit, u);
-        if let Some(query) = step.shadow {
+        if let Some(query) = &step.shadow {
             *rays += 1;
-            state.l += arrives(c, &query, &state.wl);
+            state.l += arrives(c, query, &state.wl);
         }
         if !step.goes_on {
             return state.l;

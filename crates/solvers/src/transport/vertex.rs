@@ -40,22 +40,45 @@ impl Vertex {
     /// The vertex at x.
     #[inline]
     pub fn new(scene: &Scene, x: Interaction, wl: &Wavelengths) -> Self {
-        Self { bsdf: scene.bsdf(&x, wl), wo: x.wo_local(), x }
+        let mut vertex = Self::at(x);
+        vertex.evaluate(scene, wl);
+        vertex
+    }
+
+    /// The vertex at x, before its material is evaluated: it absorbs all light. A vertex is large: made in these two steps it never moves.
+    #[inline(always)]
+    pub fn at(x: Interaction) -> Self {
+        Self { wo: x.wo_local(), x, bsdf: Bsdf::new() }
+    }
+
+    /// Evaluates the material, once.
+    #[inline]
+    pub fn evaluate(&mut self, scene: &Scene, wl: &Wavelengths) {
+        scene.bsdf_into(&self.x, wl, &mut self.bsdf);
     }
 
     /// f(wi, x, wo) · |cosθ_i| for radiance arriving along the world direction `wi`, and the density (1/sr) with which [`Vertex::sample`] takes it.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> (Spectrum, f32) {
         let wi = self.x.shading.to_local(wi);
-        let f = if self.wo.z * wi.z < 0.0 { self.bsdf.eval(wi, self.wo) } else { self.bsdf.eval(self.wo, wi) };
-        if f.is_zero() {
+        if self.wo.z * wi.z >= 0.0 {
+            let (f, pdf) = self.bsdf.eval_pdf(self.wo, wi);
+            return (f * wi.z.abs(), pdf);
+        }
+        if !self.bsdf.events().transmits() {
             return (Spectrum::ZERO, 0.0);
         }
-        (f * wi.z.abs(), self.bsdf.pdf(self.wo, wi))
+        let pdf = self.bsdf.pdf(self.wo, wi);
+        if self.bsdf.is_bent() {
+            // Bent normals are not reciprocal: their cosine and their terminator belong to `wi`, as in `sample`.
+            let eta = self.bsdf.relative_eta(self.wo, wi);
+            return (self.bsdf.eval(self.wo, wi) * (wi.z.abs() / (eta * eta)), pdf);
+        }
+        (self.bsdf.eval(wi, self.wo) * wi.z.abs(), pdf)
     }
 
     /// A direction for radiance to arrive from.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<VertexSample> {
         self.bsdf.sample(self.wo, u_lobe, u).as_ref().map(|s| self.for_radiance(s))
     }
@@ -65,7 +88,7 @@ impl Vertex {
         self.bsdf.diracs(self.wo, &mut |s| found(self.for_radiance(&s)));
     }
 
-    #[inline]
+    #[inline(always)]
     fn for_radiance(&self, s: &BsdfSample) -> VertexSample {
         let eta_scale = s.eta * s.eta;
         let weight = if s.wi.z * self.wo.z < 0.0 { s.weight / eta_scale } else { s.weight };
