@@ -14,6 +14,7 @@
 //! | [`distribution`] | the same with rays spread over lights and glossy lobes |
 //! | [`light`] | particles from the lights that happen to pass the lens: the dual of [`path`] |
 //! | [`light_nee`] | particles connected to the lens at every surface: the dual of [`path_nee`] |
+//! | [`bidirectional`] | a walk from either end, connected in all ways, weighted by multiple importance sampling |
 //! | [`oracle`] | the textbook's recursion, word for word: slow, and the judge of the others |
 //! | [`oracle_light`] | the textbook's particle shooting, word for word: the judge of the light tracers |
 //!
@@ -21,6 +22,7 @@
 
 pub mod agreement;
 pub mod aov;
+pub mod bidirectional;
 pub mod direct;
 pub mod distribution;
 pub mod drivers;

@@ -1,5 +1,6 @@
 //! What a solver is, and the list of them all.
 
+use crate::bidirectional::Bidirectional;
 use crate::direct::Direct;
 use crate::distribution::Distribution;
 use crate::drivers::{Balance, Work};
@@ -201,4 +202,6 @@ solvers! {
     Whitted => "whitted", |_: &Integrator| Whitted::default(), Whitted::PARAMETERS;
     /// The same with soft shadows and gloss, by trees of samples.
     Distribution => "distribution", |_: &Integrator| Distribution::default(), Distribution::PARAMETERS;
+    /// Walks from the eye and from the lights, connected in all ways.
+    Bidirectional => "bidirectional", |_: &Integrator| Bidirectional::default(), Bidirectional::PARAMETERS;
 }

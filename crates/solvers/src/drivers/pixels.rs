@@ -62,21 +62,21 @@ impl<T: PixelSolver> Solver for T {
 }
 
 /// How a picture is cut into tiles.
-struct Tiling {
+pub(crate) struct Tiling {
     size: [u32; 2],
     edge: u32,
 }
 
 impl Tiling {
-    fn new(size: [u32; 2]) -> Self {
+    pub(crate) fn new(size: [u32; 2]) -> Self {
         Self { size, edge: if u64::from(size[0]) * u64::from(size[1]) < 1 << 16 { 8 } else { 16 } }
     }
 
-    fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.size[0].div_ceil(self.edge) as usize * self.size[1].div_ceil(self.edge) as usize
     }
 
-    fn rectangle(&self, tile: usize) -> ([u32; 2], [u32; 2]) {
+    pub(crate) fn rectangle(&self, tile: usize) -> ([u32; 2], [u32; 2]) {
         let columns = self.size[0].div_ceil(self.edge) as usize;
         let low = [(tile % columns) as u32 * self.edge, (tile / columns) as u32 * self.edge];
         (low, [(low[0] + self.edge).min(self.size[0]), (low[1] + self.edge).min(self.size[1])])
@@ -106,16 +106,16 @@ pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, wor
 }
 
 /// Which sample of which point set a pass takes.
-pub(super) struct SamplePlan {
-    pub(super) seed: u64,
-    pub(super) replicate: usize,
-    pass: u32,
-    pub(super) sample: u32,
-    pub(super) count: u32,
+pub(crate) struct SamplePlan {
+    pub(crate) seed: u64,
+    pub(crate) replicate: usize,
+    pub(crate) pass: u32,
+    pub(crate) sample: u32,
+    pub(crate) count: u32,
 }
 
 impl SamplePlan {
-    pub(super) fn new(run: &Run<'_>, k: u32) -> Self {
+    pub(crate) fn new(run: &Run<'_>, k: u32) -> Self {
         let count = run.planned_samples();
         let plan = Self { seed: run.seed, replicate: 0, pass: k, sample: k, count };
         match run.stop {
@@ -129,7 +129,7 @@ impl SamplePlan {
     }
 
     #[inline]
-    fn sampler(&self, run: &Run<'_>, x: u32, y: u32) -> Sampler {
+    pub(crate) fn sampler(&self, run: &Run<'_>, x: u32, y: u32) -> Sampler {
         Sampler::on_screen(run.sequence, self.seed, [x, y], self.sample, self.count)
     }
 }

@@ -1,0 +1,251 @@
+//! Bidirectional path tracing: a walk from the eye and a walk from a light, connected in all ways [Veach, Guibas 1994; Lafortune, Willems 1993].
+//!
+//! ```text
+//! I_j = Σ_{s ≥ 0} Σ_{t ≥ 1} w_{s,t} C_{s,t}          C_{s,t} = β_t (connection of y_t and z_s) β_s
+//! ```
+//!
+//! Every strategy (s, t) alone finds all light of s + t - 1 edges that it can find at all; the weights give each path to the strategies that
+//! find it best. Caustics come by t = 1, light of small lamps by s = 1, lamps in mirrors by s = 0, and light round corners by those in between.
+//!
+//! | what | where |
+//! | --- | --- |
+//! | a vertex of either walk, and how it scatters towards the other | [`path_vertex`] |
+//! | the walks | [`walk`], [`light_path`], [`eye`] |
+//! | C_{s,t} | [`connect`] |
+//! | w_{s,t}, in O(1) | [`weights`] |
+//! | w_{s,t} from its definition | [`literal`] |
+//! | each strategy's picture | [`strategies`] |
+//!
+//! One pass is an eye path and a light path for each pixel. Strategies with t ≥ 2 count for the pixel, those with t = 1 are splat where they fall. A lens is
+//! never hit by chance (t = 0): what only that could find, as a laser in a mirror, stays dark.
+//!
+//! | parameter | meaning | default |
+//! | --- | --- | --- |
+//! | `exponent` | β of the weights: 1 is the balance heuristic, 2 the power heuristic | 2 |
+
+pub mod connect;
+pub mod eye;
+pub mod light_path;
+pub mod literal;
+pub mod path_vertex;
+pub mod strategies;
+pub mod walk;
+pub mod weights;
+
+pub use connect::{Found, Joint, Strategies};
+pub use light_path::LightPath;
+pub use path_vertex::PathVertex;
+
+use crate::drivers::Work;
+use crate::drivers::pixels::{SamplePlan, Tiling, camera_ray};
+use crate::parameters::{Parameter, Slot};
+use crate::run::Run;
+use crate::solver::{Needs, Solver};
+use crate::transport::{Context, Heuristic, PathState, Throughput};
+use etendue_film::{Splat, Tile};
+use etendue_numerics::{Sampler, Spectrum, Vec2};
+use etendue_scene::Scene;
+use eye::Eye;
+use path_vertex::Sides;
+use rayon::prelude::*;
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
+use walk::{End, Walk};
+
+/// The solver `bidirectional`.
+#[derive(Clone, Copy, Debug)]
+pub struct Bidirectional {
+    /// β of the weights: 1 or 2.
+    pub exponent: u32,
+}
+
+impl Default for Bidirectional {
+    fn default() -> Self {
+        Self { exponent: 2 }
+    }
+}
+
+/// The walks of a sample, kept from one to the next for their memory.
+#[derive(Clone, Debug, Default)]
+pub struct Paths {
+    /// From the eye.
+    pub eye: Vec<PathVertex>,
+    /// From a light.
+    pub light: LightPath,
+    /// Rays cast.
+    pub rays: u64,
+}
+
+impl Bidirectional {
+    /// What users may set.
+    pub const PARAMETERS: &[Parameter<Self>] = &[Parameter {
+        name: "exponent",
+        summary: "how strategies share: 1 in proportion to their densities, 2 to their squares",
+        slot: |s| Slot::Count(&mut s.exponent, 1..=2),
+    }];
+
+    /// What the strategies of a view share.
+    pub fn strategies<'a>(&self, scene: &'a Scene, run: &Run<'_>) -> Strategies<'a> {
+        let view = &scene.views[run.view];
+        let heuristic = if self.exponent == 1 { Heuristic::Balance } else { Heuristic::Power };
+        Strategies { c: Context { scene, rules: run.rules }, sides: Sides::new(scene), view, eye: Eye::new(view), heuristic }
+    }
+}
+
+impl Strategies<'_> {
+    /// One path from each end, connected in all ways; `found` is told each path that carries light, with the walks so far.
+    pub fn sample(
+        &self,
+        eye: PathState,
+        u: &Sampler,
+        paths: &mut Paths,
+        found: &mut impl FnMut(&Found<'_>, &LightPath, &[PathVertex]),
+    ) {
+        let Paths { eye: vertices, light, rays } = paths;
+        light.trace(&self.c, &self.sides, self.heuristic, u, rays);
+        vertices.clear();
+
+        // t = 1.
+        if let Some(f) = self.emitter(light, u, rays) {
+            found(&f, light, vertices);
+        }
+        for z in light.vertices.iter().filter(|z| z.vertex.is_smooth()) {
+            if let Some(f) = self.lens(z, u, rays) {
+                found(&f, light, vertices);
+            }
+        }
+
+        let start = eye.beta.carry(Spectrum::ONE);
+        let mut walk = Walk {
+            c: &self.c,
+            sides: &self.sides,
+            heuristic: self.heuristic,
+            end: End::Eye,
+            trail: self.eye.trail(&eye.ray, self.heuristic),
+            state: PathState { beta: Throughput::ONE, ..eye },
+            start,
+            parent: None,
+            count: 1,
+        };
+        loop {
+            // s = 0.
+            let Some(x) = walk.meet(rays) else {
+                if let Some(f) = self.escape(&walk) {
+                    found(&f, light, vertices);
+                }
+                return;
+            };
+            if let Some(f) = self.hit(&walk, &x) {
+                found(&f, light, vertices);
+            }
+            if self.c.ends(&walk.state) {
+                return;
+            }
+
+            // s = 1, and s ≥ 2.
+            let mut y = walk.vertex(x);
+            if y.vertex.is_smooth() {
+                self.next_event(&y, u, rays, &mut |f| found(f, light, vertices));
+                for z in light.vertices.iter().filter(|z| z.vertex.is_smooth()) {
+                    if let Some(f) = self.inner(&y, z, rays) {
+                        found(&f, light, vertices);
+                    }
+                }
+            }
+
+            let place = vertices.len() as u32;
+            let goes_on = walk.turn(&mut y, place, u);
+            vertices.push(y);
+            if !goes_on {
+                return;
+            }
+        }
+    }
+}
+
+impl Solver for Bidirectional {
+    type State = ();
+
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    fn units(&self, size: [u32; 2]) -> usize {
+        Tiling::new(size).len()
+    }
+
+    fn prepare(&self, _: &Scene, _: &Run<'_>) {}
+
+    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
+        let strategies = self.strategies(scene, run);
+        let plan = SamplePlan::new(run, k);
+        let tiling = Tiling::new(work.film.shape().size);
+        (0..work.units.len()).into_par_iter().for_each_init(
+            || (work.film.tile(), Paths::default(), Vec::new()),
+            |(tile, paths, splats), unit| {
+                if work.units.is_done(unit) || (work.stop_now)() {
+                    return;
+                }
+                let (low, high) = tiling.rectangle(unit);
+                splats.clear();
+                fill(&strategies, run, &plan, tile, low, high, paths, splats, work);
+                let count = u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
+                work.film.add_tile(tile);
+                work.film.add_splats(splats);
+                work.film.start_particles(count);
+                work.units.done(unit);
+                work.progress.tiles.fetch_add(1, Ordering::Relaxed);
+                work.progress.rays.fetch_add(std::mem::take(&mut paths.rays), Ordering::Relaxed);
+                work.progress.paths.fetch_add(2 * count, Ordering::Relaxed);
+            },
+        );
+    }
+}
+
+#[expect(clippy::too_many_arguments, reason = "the inner loop of a pass, called in one place")]
+fn fill(
+    strategies: &Strategies<'_>,
+    run: &Run<'_>,
+    plan: &SamplePlan,
+    tile: &mut Tile,
+    low: [u32; 2],
+    high: [u32; 2],
+    paths: &mut Paths,
+    splats: &mut Vec<Splat>,
+    work: &Work<'_>,
+) {
+    let film = &strategies.view.film;
+    let [width, height] = film.crop_size;
+    let corner = Vec2::new(film.crop_offset[0] as f32, film.crop_offset[1] as f32);
+    let pixels = u64::from(width) * u64::from(height);
+    let mut tracked = Vec::new();
+    tile.begin(low, high);
+    for y in low[1]..high[1] {
+        for x in low[0]..high[0] {
+            let u = plan.sampler(run, x + film.crop_offset[0], y + film.crop_offset[1]);
+            let (position, eye) = camera_ray(&strategies.c, run, film, [x, y], &u);
+            let particle = u64::from(plan.pass) * pixels + u64::from(y * width + x);
+            let mut l = Spectrum::ZERO;
+            strategies.sample(eye, &u, paths, &mut |f, _, _| {
+                let value = f.value * f.weight;
+                match f.pixel {
+                    None => l += value,
+                    Some(pixel) => splats.push(Splat { position: pixel - corner, value, particle }),
+                }
+            });
+            tile.add(position, l, plan.pass);
+            if work.replicates.is_some() {
+                tracked.push(([x, y], l.to_rgb()));
+            }
+        }
+    }
+    if let Some(replicates) = work.replicates {
+        let mut sums = replicates.lock().unwrap_or_else(PoisonError::into_inner);
+        let splat = |s: &Splat| ([s.position.x as u32, s.position.y as u32], (s.value / pixels as f32).to_rgb());
+        for (pixel, l) in tracked.into_iter().chain(splats.iter().map(splat)) {
+            if let Some(slot) = sums.slot(pixel) {
+                sums.add(plan.replicate, slot, l);
+            }
+        }
+    }
+}
