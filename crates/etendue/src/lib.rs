@@ -1,6 +1,6 @@
 //! étendue: a physically based renderer and light-transport laboratory.
 //!
-//! This crate is the facade: it loads a scene ([`load`]), renders it ([`render`]) and hands back pictures. It touches no globals: threads,
+//! This crate is the facade: it loads a scene ([`load()`]), renders it ([`render()`]) and hands back pictures. It touches no globals: threads,
 //! cancellation and progress come in through [`RenderOptions`] and [`Watch`], words go out as values. Only the program beside it
 //! reads arguments and prints.
 //!
