@@ -32,7 +32,8 @@ impl ParticleSolver for Light {
                 tally.splat(pixel, value);
             }
             let Some(x) = next else { break };
-            let vertex = Vertex::new(c.path.scene, x, &particle.wl);
+            let mut vertex = Vertex::at(x);
+            vertex.evaluate(c.path.scene, &particle.wl);
             from = Some(x.surface);
             if !particle.turn(c, &vertex, u, tally) {
                 break;

@@ -27,7 +27,8 @@ impl ParticleSolver for LightNee {
             tally.connect(c, &query, &particle);
         }
         while let Some(x) = particle.meet(c, tally) {
-            let vertex = Vertex::new(c.path.scene, x, &particle.wl);
+            let mut vertex = Vertex::at(x);
+            vertex.evaluate(c.path.scene, &particle.wl);
             if let Some(query) = to_sensor(c, &particle, &vertex, u) {
                 tally.connect(c, &query, &particle);
             }

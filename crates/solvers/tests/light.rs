@@ -16,7 +16,9 @@ use etendue_solvers::drivers::{Books, ParticleSolver, particles};
 use etendue_solvers::light::Light;
 use etendue_solvers::light_nee::LightNee;
 use etendue_solvers::oracle_light::LightOracle;
+use etendue_solvers::path::Path;
 use etendue_solvers::path_mis::PathMis;
+use etendue_solvers::path_nee::PathNee;
 use etendue_solvers::solver::Needs;
 use etendue_solvers::transport::{LightContext, Tally};
 use etendue_solvers::{Balance, CancelToken, Checkpoint, Event, PathRules, Progress, Run, Solver, Stop, Stopped, Work};
@@ -66,11 +68,11 @@ fn furnace_light_nee() {
         camera("0, 0, -0.5", "0.1, 0.2, 1", "0, 1, 0", 70.0, [4, 4]),
         lens("0, 0, -0.5", "0.1, 0.2, 1", 70.0, 0.1, 0.7, [4, 4], BOX),
     ];
-    for a in [0.2, 0.5, 0.9] {
+    for a in [0.2, 0.9] {
         for (camera, shape) in cameras.iter().zip(["cube", "sphere"]) {
             let scene = furnace_seen_by(camera, shape, a);
             for n in depths() {
-                let job = samples(512).edges(n.map_or(u32::MAX, |n| n + 1));
+                let job = samples(256).edges(n.map_or(u32::MAX, |n| n + 1));
                 let pictures = replicates(&scene, &LightNee, job);
                 let want = neumann(f64::from(a), n);
                 family.expect(format!("light-nee, {shape}, albedo {a}, {n:?}"), &mean_of(&pictures, 0), want, 0.1);
@@ -83,12 +85,12 @@ fn furnace_light_nee() {
 #[test]
 fn furnace_light() {
     let mut family = Family::default();
-    for a in [0.2, 0.5, 0.9] {
+    for a in [0.2, 0.9] {
         let scene = furnace_seen_by(&lens("0, 0, -0.5", "0, 0, 1", 90.0, 0.4, 0.7, [4, 4], BOX), "sphere", a);
         for n in depths() {
-            let job = samples(1024).edges(n.map_or(u32::MAX, |n| n + 1));
+            let job = samples(512).edges(n.map_or(u32::MAX, |n| n + 1));
             let pictures = replicates(&scene, &Light, job);
-            family.expect(format!("light, albedo {a}, {n:?}"), &mean_of(&pictures, 0), neumann(f64::from(a), n), 0.1);
+            family.expect(format!("light, albedo {a}, {n:?}"), &mean_of(&pictures, 0), neumann(f64::from(a), n), 0.13);
         }
     }
     family.must_hold();
@@ -254,6 +256,27 @@ fn bent_normals() {
     family.must_hold();
 }
 
+/// Rough glass with bent normals before a lamp: hit by walks, found by light samples, and from the lamp. Once light samples took the cosine to the
+/// bent normal on the eye's side of it, and lost 6 %.
+#[test]
+fn bent_rough_glass_from_both_ends() {
+    let scene = scene(&format!(
+        r#"{}<shape type="rectangle"><transform name="to_world"><scale value="2"/></transform>
+            <bsdf type="normalmap"><texture type="bitmap" name="normalmap"><string name="filename" value="{}"/><boolean name="raw" value="true"/></texture>
+            <bsdf type="roughdielectric"><float name="alpha" value="0.4"/></bsdf></bsdf></shape>
+        <shape type="rectangle"><transform name="to_world"><lookat origin="0.5, 0.3, -1.5" target="0, 0, 0" up="0, 1, 0"/></transform>{}</shape>"#,
+        camera("0, 0, 3", "0, 0, 0", "0, 1, 0", 40.0, SIZE),
+        bumps("light-glass", 0.5),
+        area("5, 4, 3")
+    ));
+    let job = |spp: u32| samples(spp).edges(2);
+    let mut family = Family::default();
+    let reference = replicates(&scene, &PathNee, job(512));
+    agreement(&mut family, "path", &scene, &replicates(&scene, &Path, job(512).seed(2)), &reference, 0.3);
+    agreement(&mut family, "light-nee", &scene, &replicates(&scene, &LightNee, job(1024).seed(3)), &reference, 0.3);
+    family.must_hold();
+}
+
 #[test]
 fn every_kind_of_light() {
     let mut family = Family::default();
@@ -329,13 +352,11 @@ fn masks_and_hidden_emitters() {
                 <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.6, 0.6"/></bsdf></bsdf></bsdf></shape>
         <shape type="cube"><transform name="to_world"><scale value="0.3"/><translate y="-0.6"/></transform><bsdf type="null"/></shape>"#;
     let lens = lens("0, 0, -0.9", "0, 0, 1", 80.0, 0.4, 1.0, SIZE, BOX);
-    for hide_emitters in [false, true] {
-        for (null_counts, max_edges) in [(true, 3), (false, 3), (true, 6)] {
-            let rules = PathRules { null_counts, max_edges, hide_emitters, ..PathRules::default() };
-            let name = format!("masks, {max_edges} edges, null counts: {null_counts}, hidden: {hide_emitters}");
-            agrees(&mut family, &name, &room(&eye(), inside), rules, [384, 0, 128], 0.7);
-            agrees(&mut family, &name, &room(&lens, inside), rules, [0, 768, 64], 1.2);
-        }
+    for (hide_emitters, null_counts, max_edges) in [(false, true, 3), (false, false, 3), (true, true, 6), (true, false, 3)] {
+        let rules = PathRules { null_counts, max_edges, hide_emitters, ..PathRules::default() };
+        let name = format!("masks, {max_edges} edges, null counts: {null_counts}, hidden: {hide_emitters}");
+        agrees(&mut family, &name, &room(&eye(), inside), rules, [256, 0, 64], 0.9);
+        agrees(&mut family, &name, &room(&lens, inside), rules, [0, 512, 64], 1.5);
     }
     family.must_hold();
 }
@@ -349,14 +370,14 @@ fn crops_and_filters() {
     let crop = camera_with("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, [16, 16], film);
     let lens = lens("0, 0, -0.9", "0, 0, 1", 80.0, 0.4, 1.0, [16, 16], film);
     let rules = PathRules { max_edges: 3, ..PathRules::default() };
-    agrees(&mut family, "crop", &room(&crop, ""), rules, [2048, 0, 128], 0.4);
-    agrees(&mut family, "crop, lens", &room(&lens, ""), rules, [0, 4096, 128], 0.6);
+    agrees(&mut family, "crop", &room(&crop, ""), rules, [1024, 0, 64], 0.6);
+    agrees(&mut family, "crop, lens", &room(&lens, ""), rules, [0, 2048, 64], 0.9);
     let sky = floor_scene(
         &camera_with("0, 1.5, -2.5", "0, 0.4, 0", "0, 1, 0", 60.0, [16, 16], film),
         &diffuse(0.6),
         r#"<emitter type="constant"/>"#,
     );
-    agrees(&mut family, "crop, sky", &sky, rules, [512, 0, 64], 0.6);
+    agrees(&mut family, "crop, sky", &sky, rules, [256, 0, 64], 0.9);
     family.must_hold();
 }
 

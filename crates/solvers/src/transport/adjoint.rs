@@ -24,7 +24,7 @@ impl Vertex {
     /// [`Vertex::sample_adjoint`] takes it.
     #[inline]
     pub fn eval_adjoint(&self, scene: &Scene, wi: Vec3, wl: &Wavelengths) -> (Spectrum, f32) {
-        let (f_cos, _) = self.from_eye(scene, wi, wl).eval(self.x.wo);
+        let f_cos = if self.bsdf.is_bent() { self.asked_by_eye(scene, wi, wl) } else { self.unbent(wi) };
         let from = self.x.n.dot(self.x.wo).abs();
         if f_cos.is_zero() || from == 0.0 {
             return (Spectrum::ZERO, 0.0);
@@ -48,14 +48,33 @@ impl Vertex {
         weight.is_finite().then_some(VertexSample { wi, weight, pdf: s.pdf, eta_scale: 1.0, is_null, event: s.event })
     }
 
-    /// The same point, looked at from the direction `wi`, by whom radiance is asked for.
+    /// f |cosθ| for the eye in the direction `wi`, by whom radiance from `wo` is asked for.
+    #[inline(never)]
+    fn asked_by_eye(&self, scene: &Scene, wi: Vec3, wl: &Wavelengths) -> Spectrum {
+        let mut eye = Self::at(Interaction { wo: wi, ..self.x });
+        eye.evaluate(scene, wl);
+        eye.eval(self.x.wo).0
+    }
+
+    /// The same where no lobe has a frame of its own: the surface is one and the same from all sides.
     #[inline]
-    fn from_eye(&self, scene: &Scene, wi: Vec3, wl: &Wavelengths) -> Self {
-        Self::new(scene, Interaction { wo: wi, ..self.x }, wl)
+    fn unbent(&self, wi: Vec3) -> Spectrum {
+        let (eye, light) = (self.x.shading.to_local(wi), self.wo);
+        let f = if eye.z * light.z >= 0.0 { self.bsdf.eval(eye, light) } else { self.bsdf.eval(light, eye) };
+        f * light.z.abs()
     }
 
     /// What the weight of a Dirac direction of the light's side must be multiplied by.
     fn adjoint_of_dirac(&self, scene: &Scene, s: &BsdfSample, wi: Vec3, wl: &Wavelengths) -> Spectrum {
+        let n = self.x.n;
+        let along_n = n.dot(wi).abs() / n.dot(self.x.wo).abs();
+        // The interface's normal halves the angle of a reflection, and is wo + η wi of a refraction.
+        let m = (self.x.wo + wi * s.eta).try_normalize();
+        let along_m = m.map_or(1.0, |m| self.x.wo.dot(m).abs() / wi.dot(m).abs());
+        if !self.bsdf.is_bent() {
+            return Spectrum::splat(along_m * along_n);
+        }
+
         // Shadow terminators and bent normals need not treat both ways alike: what either side says, one over the other.
         let carried = |vertex: &Self, towards: Vec3| {
             let mut sum = Spectrum::ZERO;
@@ -66,16 +85,10 @@ impl Vertex {
             });
             sum
         };
-        let eye = self.from_eye(scene, wi, wl);
+        let mut eye = Self::at(Interaction { wo: wi, ..self.x });
+        eye.evaluate(scene, wl);
         let (theirs, ours) = (carried(&eye, self.wo), carried(self, s.wi));
         let ratio = |lane: usize| if ours[lane] > 0.0 { theirs[lane] / ours[lane] } else { 0.0 };
-        let ratio = Spectrum([ratio(0), ratio(1), ratio(2), ratio(3)].into());
-
-        // The interface's normal halves the angle of a reflection, and is wo + η wi of a refraction.
-        let wo = self.x.wo;
-        let m = (wo + wi * s.eta).try_normalize();
-        let bent = m.map_or(1.0, |m| wo.dot(m).abs() / wi.dot(m).abs());
-        let n = self.x.n;
-        ratio * (bent * n.dot(wi).abs() / n.dot(wo).abs())
+        Spectrum([ratio(0), ratio(1), ratio(2), ratio(3)].into()) * (along_m * along_n)
     }
 }
