@@ -51,6 +51,39 @@ impl Fixed {
     }
 }
 
+/// A term to be added many times with different weights: taken apart once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Term {
+    mantissa: i64,
+    shift: i32,
+}
+
+impl Term {
+    /// Bits of a weight after the point.
+    pub(crate) const WEIGHT_BITS: i32 = 24;
+
+    /// The number x, clamped to ±2⁵⁰; zero for NaN.
+    #[inline]
+    pub(crate) fn new(x: f32) -> Self {
+        let x = x.clamp(-1_125_899_906_842_624.0, 1_125_899_906_842_624.0);
+        let bits = x.to_bits();
+        let exponent = (bits >> 23 & 0xff) as i32;
+        if exponent == 0 || x.is_nan() {
+            return Self { mantissa: 0, shift: 0 };
+        }
+        let mantissa = i64::from(bits & 0x007f_ffff | 0x0080_0000);
+        let mantissa = if x.is_sign_negative() { -mantissa } else { mantissa };
+        Self { mantissa, shift: (exponent - 150 + FRACTION_BITS - Self::WEIGHT_BITS).max(-63) }
+    }
+
+    /// x · weight · 2⁻²⁴, rounded down to 2⁻⁶⁴; |weight| at most 2³⁰.
+    #[inline]
+    pub(crate) fn times(self, weight: i32) -> Fixed {
+        let product = self.mantissa * i64::from(weight);
+        Fixed(if self.shift >= 0 { i128::from(product) << self.shift } else { i128::from(product >> -self.shift) })
+    }
+}
+
 impl Add for Fixed {
     type Output = Self;
     #[inline]
@@ -82,6 +115,14 @@ mod tests {
             let x = mantissa as f32 * (exponent as f32).exp2();
             prop_assume!(x == 0.0 || x.abs() >= (-40f32).exp2());
             prop_assert_eq!(Fixed::from_f32(x).to_f64(), f64::from(x));
+        }
+
+        #[test]
+        fn weighted_terms_are_products(x in -1e6f32..1e6, scale in -60i32..20, weight in -(1i32 << 26)..1 << 26) {
+            let x = x * (scale as f32).exp2();
+            let want = f64::from(x) * f64::from(weight) / f64::from(1 << Term::WEIGHT_BITS);
+            let error = (Term::new(x).times(weight).to_f64() - want).abs();
+            prop_assert!(error <= (-62f64).exp2() + 1e-15 * want.abs(), "{error}");
         }
 
         #[test]

@@ -8,7 +8,7 @@
 //! its integral: divided by their own sum they lose no energy. At the film's border the sum runs over the pixels that would be there, and the
 //! integral makes up for what never falls beyond: the same mean as Σ k L / Σ k of the samples of pixels has.
 
-use crate::fixed::Fixed;
+use crate::fixed::{Fixed, Term};
 use crate::tile::KernelTable;
 use etendue_numerics::{Spectrum, Vec2};
 use std::ops::Range;
@@ -96,14 +96,14 @@ pub(crate) fn shares(kernel: &KernelTable, count: usize) -> Vec<f64> {
 pub(crate) struct Stamp {
     x: Weights,
     y: Weights,
-    value: [f32; 3],
+    value: [Term; 3],
 }
 
 impl Stamp {
     #[inline]
     pub(crate) fn new(splat: &Splat, kernel: &KernelTable) -> Self {
         let q = splat.position;
-        Self { x: Weights::new(kernel, q.x), y: Weights::new(kernel, q.y), value: splat.value.to_rgb() }
+        Self { x: Weights::new(kernel, q.x), y: Weights::new(kernel, q.y), value: splat.value.to_rgb().map(Term::new) }
     }
 
     /// Adds its part within some rows to their pixels.
@@ -112,8 +112,10 @@ impl Stamp {
         for (y, row) in self.y.within(&rows) {
             for (x, column) in self.x.within(&(0..width)) {
                 let pixel = &mut pixels[((y - rows.start) * width + x) as usize];
+                let weight = row * column * (1 << Term::WEIGHT_BITS) as f32;
+                let weight = (weight + 0.5f32.copysign(weight)) as i32;
                 for (sum, v) in pixel.iter_mut().zip(self.value) {
-                    *sum += Fixed::from_f32(v * (row * column));
+                    *sum += v.times(weight);
                 }
             }
         }
