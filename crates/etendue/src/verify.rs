@@ -7,8 +7,11 @@
 use crate::choice::check_solver_name;
 use crate::load::{LoadError, LoadOptions, Loaded, load};
 use crate::pool;
+use etendue_numerics::kernel::Kernel;
 use etendue_scene::Scene;
-use etendue_solvers::agreement::{Agreement, Expected, Finding, Panel, REPLICATES, Renderer, Standard, Trial, Verdict, judge};
+use etendue_solvers::agreement::{
+    Agreement, Candidate, Expected, Finding, Moments, Pair, Panel, REPLICATES, Renderer, Sample, Standard, Trial, Verdict, judge,
+};
 use etendue_solvers::{AnySolver, CancelToken, Estimates, PathRules, SOLVERS};
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -24,6 +27,8 @@ pub struct VerifyOptions {
     pub spp: Option<u32>,
     /// Longer side of the picture, pixels.
     pub size: u32,
+    /// Blocks across and down.
+    pub blocks: u32,
     /// Seed.
     pub seed: u64,
     /// Threads; all cores otherwise.
@@ -41,6 +46,7 @@ impl Default for VerifyOptions {
             time: Duration::from_secs(45),
             spp: None,
             size: 64,
+            blocks: 4,
             seed: 0,
             threads: None,
             defines: Vec::new(),
@@ -141,10 +147,15 @@ pub struct Verification {
 const DEPTHS: [Option<u32>; 5] = [Some(0), Some(1), Some(2), Some(4), None];
 /// Albedo of the furnace.
 const ALBEDO: f64 = 0.5;
-/// Shares of the time: first measurements, what is spent at most before differences are looked at again, the furnace.
-const FIRST: f64 = 0.45;
-const LATEST: f64 = 0.75;
+/// Shares of the time: first measurements of the pairs and of the furnace; after the last one nothing more is begun.
+const FIRST: f64 = 0.25;
 const FURNACE: f64 = 0.12;
+const LATEST: f64 = 0.9;
+/// Replicates that are added at once where more are wanted.
+const MORE: u32 = 4;
+
+/// A pixel's samples are its own.
+pub(crate) const BOX: Kernel = Kernel::Box { radius: 0.5 };
 
 type Stopped<T> = Result<T, VerifyError>;
 
@@ -155,10 +166,10 @@ pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
         check_solver_name(name).map_err(|e| VerifyError::Words(e.to_string()))?;
     }
     let loaded = load_small(scene, options)?;
-    let furnace = load_furnace(options)?;
+    let oven = load_furnace(options)?;
     let pool = pool::pool(options.threads).map_err(|e| VerifyError::Words(e.to_string()))?;
-    let trial = Trial { seed: options.seed, ..Trial::new(&loaded.scene, &pool, cancel) };
-    let ovens = Trial { seed: options.seed ^ 0xf0, ..Trial::new(&furnace.scene, &pool, cancel) };
+    let trial = Trial { seed: options.seed, blocks: options.blocks, ..Trial::new(&loaded.scene, &pool, cancel) };
+    let ovens = Trial { seed: options.seed ^ 0xf0, ..Trial::new(&oven.scene, &pool, cancel) };
     let (solvers, mut left_out) = chosen(options, &loaded.scene);
 
     // Those that estimate all light meet each other; those that estimate a part meet the best of these, on that part.
@@ -183,7 +194,7 @@ pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
         for s in [solver, partner] {
             enter(&mut side, s, options, share).ok_or(VerifyError::Cancelled)?;
         }
-        sides.push((side, edges - 1));
+        sides.push((side, Some(edges - 1)));
     }
 
     // The family: everything that is compared.
@@ -196,26 +207,36 @@ pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
 
     tell("holding the solvers to the furnace");
     let mut in_furnace = Vec::new();
+    let share = options.time.mul_f64(FURNACE * 3.0 * ovens.grid().len() as f64 / ovens_tests.max(1) as f64);
     for solver in &solvers {
-        let depths: Vec<_> = furnace_depths(solver).collect();
-        let share = options.time.mul_f64(FURNACE / (solvers.len() * depths.len()) as f64);
-        for depth in depths {
-            let found = hold_to_furnace(&ovens, &furnace.scene, solver, depth, options, share, tests);
-            in_furnace.push(found.ok_or(VerifyError::Cancelled)?);
+        for depth in furnace_depths(solver) {
+            in_furnace.push(Oven::new(ovens, solver, depth, options, share).ok_or(VerifyError::Cancelled)?);
         }
     }
 
-    // What is left of the time goes where the noise is largest.
-    let more_time = || options.spp.is_none() && begun.elapsed() < options.time.mul_f64(LATEST);
-    let mut pairs = Vec::new();
-    let mut efforts = Vec::new();
-    for (panel, bounces) in std::iter::once((&mut main, None)).chain(sides.iter_mut().map(|(p, b)| (p, Some(*b)))) {
-        tell("comparing");
-        let mut found = panel.pairs(&options.standard, tests);
-        while let Some(i) = noisiest(panel, &found, begun, options).filter(|_| more_time()) {
-            panel.measure(i, 4).ok_or(VerifyError::Cancelled)?;
-            found = panel.pairs(&options.standard, tests);
+    // What is left of the time goes where it decides most: to what is nearest to being told.
+    tell("comparing");
+    let mut panels: Vec<(Panel<'_>, Option<u32>)> = std::iter::once((main, None)).chain(sides).collect();
+    let mut found: Vec<Vec<Pair>> = panels.iter().map(|(p, _)| p.pairs(&options.standard, tests)).collect();
+    let mut held: Vec<Agreement> = in_furnace.iter().map(|o| o.judge(&options.standard, tests)).collect();
+    while options.spp.is_none() {
+        let room = options.time.mul_f64(LATEST).saturating_sub(begun.elapsed());
+        let Some(next) = nearest_verdict(&panels, &found, &in_furnace, &held, room) else { break };
+        match next {
+            Next::Candidate(i, candidate) => {
+                panels[i].0.measure(candidate, MORE).ok_or(VerifyError::Cancelled)?;
+                found[i] = panels[i].0.pairs(&options.standard, tests);
+            }
+            Next::Oven(i) => {
+                in_furnace[i].measure(MORE).ok_or(VerifyError::Cancelled)?;
+                held[i] = in_furnace[i].judge(&options.standard, tests);
+            }
         }
+    }
+
+    // A difference must be there twice.
+    let (mut pairs, mut efforts, mut furnace) = (Vec::new(), Vec::new(), Vec::new());
+    for ((panel, bounces), mut found) in panels.into_iter().zip(found) {
         if found.iter().any(|p| p.verdict == Verdict::Fail) {
             tell("a difference: rendering anew, to see whether it is there again");
             panel.confirm(&mut found, &options.standard).ok_or(VerifyError::Cancelled)?;
@@ -226,8 +247,18 @@ pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
         }
         efforts.extend(panel.candidates.iter().map(|c| effort(c, bounces)));
     }
+    let failed = held.iter().filter(|h| h.verdict == Verdict::Fail).count();
+    for (oven, held) in in_furnace.iter().zip(&held) {
+        let seen_once = held.verdict == Verdict::Fail && {
+            tell("a difference: rendering anew, to see whether it is there again");
+            let again = oven.again(&options.standard, failed).ok_or(VerifyError::Cancelled)?;
+            again.verdict != Verdict::Fail
+        };
+        let verdict = if seen_once { Verdict::Inconclusive } else { held.verdict };
+        furnace.push(comparison(oven.name.clone(), oven.depth, verdict, seen_once, held));
+    }
 
-    let verdicts = pairs.iter().chain(&in_furnace).map(|c| c.verdict);
+    let verdicts = pairs.iter().chain(&furnace).map(|c| c.verdict);
     let verdict = if pairs.is_empty() { Verdict::Inconclusive } else { Verdict::Pass };
     let grid = trial.grid();
     Ok(Verification {
@@ -243,13 +274,20 @@ pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
         left_out,
         verdict: verdicts.fold(verdict, Verdict::max),
         pairs,
-        furnace: in_furnace,
+        furnace,
         seconds: begun.elapsed().as_secs_f64(),
     })
 }
 
-/// The scene at a size whose longer side is at most `options.size`.
+/// The scene at a size whose longer side is at most `options.size`, with pixels that share no samples: a filter that is divided by the sum of
+/// its weights is unbiased only in the limit of many samples, and light tracers divide by no such sum.
 fn load_small(scene: &str, options: &VerifyOptions) -> Stopped<Loaded> {
+    let mut loaded = load_at_size(scene, options)?;
+    loaded.scene.views.iter_mut().for_each(|v| v.film.filter = BOX);
+    Ok(loaded)
+}
+
+fn load_at_size(scene: &str, options: &VerifyOptions) -> Stopped<Loaded> {
     let at = |width: Option<u32>, height: Option<u32>| {
         let load_options = LoadOptions { defines: options.defines.clone(), width, height, threads: options.threads };
         load(scene, &load_options).map_err(VerifyError::Load)
@@ -318,64 +356,113 @@ fn enter<'a>(panel: &mut Panel<'a>, solver: &'a AnySolver, options: &VerifyOptio
 
 /// The candidate whose picture's mean is known best.
 fn best<'p>(panel: &'p Panel<'_>) -> Option<&'p str> {
-    let error = |c: &&etendue_solvers::agreement::Candidate<'_>| effort(c, None).picture_error;
+    let error = |c: &&Candidate<'_>| effort(c, None).picture_error;
     panel.candidates.iter().min_by(|a, b| error(a).total_cmp(&error(b))).map(|c| c.name.as_str())
 }
 
-/// Where more replicates would help: the noisier one of the pair in which a bias could hide best. None where all can be told already, or
-/// where what time is left does not hold four more replicates.
-fn noisiest(
-    panel: &Panel<'_>,
-    pairs: &[etendue_solvers::agreement::Pair],
-    begun: Instant,
-    options: &VerifyOptions,
-) -> Option<usize> {
-    let room = options.time.mul_f64(LATEST).saturating_sub(begun.elapsed());
-    let fits = |i: usize| {
-        let c = &panel.candidates[i];
-        c.elapsed.mul_f64(4.0 / c.sample.count().max(1) as f64) <= room
-    };
-    let widest = pairs.iter().filter(|p| p.verdict == Verdict::Inconclusive && p.agreement.width() > 0.9);
-    let pair = widest.max_by(|a, b| a.agreement.width().total_cmp(&b.agreement.width()))?;
-    let grid = panel.trial.grid();
-    let area = grid.areas().position(|a| a == pair.agreement.blindest.area)?;
-    let error = |i: &usize| panel.candidates[*i].sample.areas()[area][pair.agreement.blindest.channel].standard_error();
-    [pair.a, pair.b].into_iter().filter(|i| fits(*i)).max_by(|a, b| error(a).total_cmp(&error(b)))
+/// Where more replicates are wanted.
+enum Next {
+    /// Of this candidate of this panel.
+    Candidate(usize, usize),
+    /// In this oven.
+    Oven(usize),
 }
 
-fn hold_to_furnace(
-    ovens: &Trial<'_>,
-    scene: &Scene,
-    solver: &AnySolver,
-    depth: Option<u32>,
-    options: &VerifyOptions,
-    share: Duration,
-    tests: usize,
-) -> Option<Comparison> {
-    let rules = PathRules { max_edges: depth.map_or(u32::MAX, |n| n + 1), ..ovens.rules };
-    let trial = Trial { rules, ..*ovens };
-    let render = renderer(solver, scene);
-    let spp = match options.spp {
-        Some(spp) => spp,
-        None => trial.samples_in(&*render, share, REPLICATES)?,
+/// The comparison that needs the least time to be told, if intervals shrink with its root. None where all is told, or where the time that is
+/// left holds no more replicates.
+fn nearest_verdict(
+    panels: &[(Panel<'_>, Option<u32>)],
+    found: &[Vec<Pair>],
+    ovens: &[Oven<'_>],
+    held: &[Agreement],
+    room: Duration,
+) -> Option<Next> {
+    let mut best: Option<(f64, Next)> = None;
+    let mut propose = |agreement: &Agreement, elapsed: Duration, count: usize, next: Next| {
+        let cost = (agreement.reach().powi(2) - 1.0).max(0.01) * elapsed.as_secs_f64();
+        let fits = elapsed.mul_f64(f64::from(MORE) / count.max(1) as f64) <= room;
+        if fits && best.as_ref().is_none_or(|b| cost < b.0) {
+            best = Some((cost, next));
+        }
     };
-    let counted = match solver.estimates() {
-        Estimates::LightUpTo(edges) => Some(depth.map_or(edges - 1, |n| n.min(edges - 1))),
-        _ => depth,
-    };
-    let le = counted.map_or(1.0 / (1.0 - ALBEDO), |n| (1.0 - ALBEDO.powi(n as i32 + 1)) / (1.0 - ALBEDO));
-    let known = vec![[le; 3]; trial.grid().len()];
-    let stream = SOLVERS.iter().position(|s| s.name == solver.name()).unwrap_or(0) as u64 * 64 + u64::from(depth.unwrap_or(63));
-    let look = |stream: u64, tests: usize| {
-        let sample = trial.sample(&*render, spp, REPLICATES, stream)?;
-        Some(judge(&sample, Expected::Known(&known), &options.standard, tests))
-    };
-    let found = look(stream, tests)?;
-    let (mut verdict, mut seen_once) = (found.verdict, false);
-    if verdict == Verdict::Fail && look(stream + (1 << 32), 3 * trial.grid().len())?.verdict != Verdict::Fail {
-        (verdict, seen_once) = (Verdict::Inconclusive, true);
+    let open = |a: &Agreement| a.verdict == Verdict::Inconclusive;
+    for (i, ((panel, _), pairs)) in panels.iter().zip(found).enumerate() {
+        for pair in pairs.iter().filter(|p| open(&p.agreement)) {
+            let area = panel.trial.grid().areas().position(|a| a == pair.agreement.blindest.area).unwrap_or(0);
+            let error = |c: usize| panel.candidates[c].sample.areas()[area][pair.agreement.blindest.channel].standard_error();
+            let noisier = if error(pair.a) > error(pair.b) { pair.a } else { pair.b };
+            let c = &panel.candidates[noisier];
+            propose(&pair.agreement, c.elapsed, c.sample.count(), Next::Candidate(i, noisier));
+        }
     }
-    Some(comparison(solver.name().to_owned(), depth, verdict, seen_once, &found))
+    for (i, (oven, held)) in ovens.iter().zip(held).enumerate().filter(|(_, (_, h))| open(h)) {
+        propose(held, oven.elapsed, oven.sample.count(), Next::Oven(i));
+    }
+    best.map(|b| b.1)
+}
+
+/// A solver in the furnace, at one depth.
+struct Oven<'a> {
+    name: String,
+    depth: Option<u32>,
+    trial: Trial<'a>,
+    render: Box<Renderer<'a>>,
+    spp: u32,
+    stream: u64,
+    known: Vec<[f64; 3]>,
+    sample: Sample,
+    elapsed: Duration,
+}
+
+impl<'a> Oven<'a> {
+    /// With its first replicates.
+    fn new(trial: Trial<'a>, solver: &'a AnySolver, depth: Option<u32>, options: &VerifyOptions, share: Duration) -> Option<Self> {
+        let rules = PathRules { max_edges: depth.map_or(u32::MAX, |n| n + 1), ..trial.rules };
+        let trial = Trial { rules, ..trial };
+        let render = renderer(solver, trial.scene);
+        let spp = match options.spp {
+            Some(spp) => spp,
+            None => trial.samples_in(&*render, share, REPLICATES)?,
+        };
+        let counted = match solver.estimates() {
+            Estimates::LightUpTo(edges) => Some(depth.map_or(edges - 1, |n| n.min(edges - 1))),
+            _ => depth,
+        };
+        let l = counted.map_or(1.0 / (1.0 - ALBEDO), |n| (1.0 - ALBEDO.powi(n as i32 + 1)) / (1.0 - ALBEDO));
+        let place = SOLVERS.iter().position(|s| s.name == solver.name()).unwrap_or(0) as u64;
+        let mut oven = Self {
+            name: solver.name().to_owned(),
+            depth,
+            trial,
+            render,
+            spp,
+            stream: 64 * place + u64::from(depth.unwrap_or(63)),
+            known: vec![[l; 3]; trial.grid().len()],
+            sample: Sample::new(trial.grid()),
+            elapsed: Duration::ZERO,
+        };
+        oven.measure(REPLICATES)?;
+        Some(oven)
+    }
+
+    fn measure(&mut self, count: u32) -> Option<()> {
+        for _ in 0..count {
+            let shot = self.trial.replicate(&*self.render, self.spp, self.stream, self.sample.count() as u32)?;
+            self.sample.add(&shot.pixels);
+            self.elapsed += shot.elapsed;
+        }
+        Some(())
+    }
+
+    fn judge(&self, standard: &Standard, tests: usize) -> Agreement {
+        judge(&self.sample, Expected::Known(&self.known), standard, tests)
+    }
+
+    /// The same by fresh replicates, as one of `failed` that are looked at again.
+    fn again(&self, standard: &Standard, failed: usize) -> Option<Agreement> {
+        let fresh = self.trial.sample(&*self.render, self.spp, self.sample.count() as u32, self.stream + (1 << 32))?;
+        Some(judge(&fresh, Expected::Known(&self.known), standard, failed * 3 * self.trial.grid().len()))
+    }
 }
 
 fn comparison(what: String, bounces: Option<u32>, verdict: Verdict, seen_once: bool, found: &Agreement) -> Comparison {
@@ -392,9 +479,9 @@ fn comparison(what: String, bounces: Option<u32>, verdict: Verdict, seen_once: b
     }
 }
 
-fn effort(c: &etendue_solvers::agreement::Candidate<'_>, bounces: Option<u32>) -> Effort {
+fn effort(c: &Candidate<'_>, bounces: Option<u32>) -> Effort {
     let areas = c.sample.areas();
-    let relative = |m: &etendue_solvers::agreement::Moments, least: f64| m.standard_error() / m.mean.abs().max(least).max(1e-30);
+    let relative = |m: &Moments, least: f64| m.standard_error() / m.mean.abs().max(least).max(1e-30);
     let picture_error = areas[0].iter().map(|m| relative(m, 0.0)).fold(0.0, f64::max);
     let mut blocks: Vec<f64> =
         areas[1..].iter().flat_map(|a| (0..3).map(|i| relative(&a[i], 0.5 * areas[0][i].mean.abs()))).collect();

@@ -35,10 +35,13 @@ pub struct VerifyArguments {
     /// Longer side of the picture in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 64, value_parser = clap::value_parser!(u32).range(4..=4096))]
     size: u32,
+    /// Blocks across and down whose means are compared: more find smaller places, and take longer to be sure.
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
+    blocks: u32,
     /// Bias of the whole picture, in per cent, that must not go unseen.
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0, value_parser = positive)]
     bound: f64,
-    /// Bias of one block of the 8 x 8 grid, in per cent, that must not go unseen.
+    /// Bias of one block, in per cent of it, that must not go unseen.
     #[arg(long, value_name = "PERCENT", default_value_t = 20.0, value_parser = positive)]
     block_bound: f64,
     /// Seed of all random decisions.
@@ -64,6 +67,7 @@ pub fn run(a: &VerifyArguments) -> Done {
         time: a.time,
         spp: a.spp,
         size: a.size,
+        blocks: a.blocks,
         seed: a.seed,
         threads: a.threads.map(usize::from),
         defines: a.define.clone(),
@@ -138,22 +142,23 @@ fn report(v: &Verification) -> String {
     }
     lines.extend(v.left_out.iter().map(|(name, why)| format!("{name:<22}left out: {why}")));
     lines.push(String::new());
-    lines.push(header("pair"));
-    lines.extend(v.pairs.iter().map(row));
+    let longest = v.pairs.iter().chain(&v.furnace).map(|c| named(&c.what, c.bounces).chars().count()).max().unwrap_or(0) + 2;
+    lines.push(header("pair", longest));
+    lines.extend(v.pairs.iter().map(|c| row(c, longest)));
     if v.pairs.is_empty() {
         lines.push("no two solvers can be compared".to_owned());
     }
     lines.push(String::new());
-    lines.push(header("furnace"));
-    lines.extend(v.furnace.iter().map(row));
+    lines.push(header("furnace", longest));
+    lines.extend(v.furnace.iter().map(|c| row(c, longest)));
     lines.push(String::new());
     lines.push(last_line(v));
     lines.join("\n")
 }
 
-fn header(first: &str) -> String {
+fn header(first: &str, width: usize) -> String {
     format!(
-        "{first:<36}{:<14}{:>8}  {:<21}{:>22}{:>12}{:>12}",
+        "{first:<width$}{:<14}{:>8}  {:<21}{:>22}{:>12}{:>12}",
         "verdict", "|t|", "largest at", "difference ± interval", "sees", "in a block"
     )
 }
@@ -162,13 +167,13 @@ fn named(what: &str, bounces: Option<u32>) -> String {
     bounces.map_or(what.to_owned(), |n| format!("{what}, 0..{n} bounces"))
 }
 
-fn row(c: &Comparison) -> String {
+fn row(c: &Comparison, width: usize) -> String {
     let w = &c.worst;
-    let place = format!("{} {}", w.area, ["red", "green", "blue"][w.channel.min(2)]);
+    let place = if w.t == 0.0 { "–".to_owned() } else { format!("{} {}", w.area, ["red", "green", "blue"][w.channel.min(2)]) };
     let difference = format!("{} ± {}", percent(w.difference), percent(w.half_width));
     let note = if c.seen_once { "  (a difference was seen once, and not again)" } else { "" };
     format!(
-        "{:<36}{:<14}{:>8.2}  {place:<21}{difference:>22}{:>12}{:>12}{note}",
+        "{:<width$}{:<14}{:>8.2}  {place:<21}{difference:>22}{:>12}{:>12}{note}",
         named(&c.what, c.bounces),
         c.verdict,
         w.t.abs(),
@@ -189,7 +194,7 @@ fn last_line(v: &Verification) -> String {
         Verdict::Fail => format!("FAIL: a difference that chance does not explain: {}", of(Verdict::Fail)),
         Verdict::Inconclusive if v.pairs.is_empty() => "INCONCLUSIVE: nothing to compare with".to_owned(),
         Verdict::Inconclusive => format!(
-            "INCONCLUSIVE: no difference, but a bias above the bound ({} of the picture, {} of a block) could hide in: {}; more --time shows more",
+            "INCONCLUSIVE: no difference, but a bias above the bound ({} of the picture, {} of a block) could hide in {}; more --time shows more",
             percent(v.standard.bound),
             percent(v.standard.block_bound),
             of(Verdict::Inconclusive)

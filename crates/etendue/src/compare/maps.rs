@@ -17,7 +17,8 @@ const SEQUENTIAL: [[f64; 3]; 5] =
 fn ramp(stops: &[[f64; 3]; 5], x: f64) -> [f64; 3] {
     let x = if x.is_finite() { x.clamp(0.0, 1.0) } else { 1.0 } * 4.0;
     let i = (x as usize).min(3);
-    std::array::from_fn(|c| stops[i][c] + (stops[i + 1][c] - stops[i][c]) * (x - i as f64))
+    let t = x - i as f64;
+    std::array::from_fn(|c| stops[i][c] * (1.0 - t) + stops[i + 1][c] * t)
 }
 
 /// The colour of a relative difference.

@@ -4,7 +4,7 @@ use super::maps::{DIFFERENCE, ERROR, css_gradient, diverging, map, sequential};
 use super::plot::{convergence, css_colour};
 use super::{Budget, Entry, Results};
 use etendue_image::{Format, Image, Picture, SaveOptions, ToneMap, encode};
-use etendue_solvers::agreement::{Area, Verdict};
+use etendue_solvers::agreement::{Area, Finding, Verdict};
 use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("page.html");
@@ -65,6 +65,11 @@ fn summary(r: &Results) -> String {
         r.seed,
         escape(&r.reference)
     )
+}
+
+/// A number without digits after its point, and without a sign before 0.
+fn whole(x: f64) -> String {
+    if x.abs() < 0.5 { "0".to_owned() } else { format!("{x:.0}").replace('-', "−") }
 }
 
 /// Three significant digits, powers of ten where they are many.
@@ -173,7 +178,7 @@ fn difference_legend() -> String {
     let gradient = css_gradient(diverging, |x| DIFFERENCE * (2.0 * x - 1.0));
     let p = 100.0 * DIFFERENCE;
     let ticks = [-1.0, -0.5, 0.0, 0.5, 1.0].map(|x| format!("<span>{}</span>", format!("{:+}&#8239;%", p * x).replace('-', "−")));
-    legend(&gradient, &ticks.concat(), "darker than the reference, relative to its luminance, brighter")
+    legend(&gradient, &ticks.concat(), "darker ← relative to the reference’s luminance → brighter")
 }
 
 fn error_legend() -> String {
@@ -194,13 +199,27 @@ fn blocks(r: &Results) -> String {
         let Some(a) = &s.agreement else { continue };
         let mut cells = String::new();
         for of_area in a.findings.chunks(3) {
-            let worst = of_area.iter().max_by(|x, y| x.t.abs().total_cmp(&y.t.abs()));
+            // Of the channels that tell something, where one does.
+            let rank = |f: &&Finding| if f.told { 1.0 + f.t.abs() } else { 0.0 };
+            let worst = of_area.iter().max_by(|x, y| rank(x).total_cmp(&rank(y)));
             let Some(f) = worst.filter(|f| f.area != Area::Picture) else { continue };
             let t = f.t.clamp(-10.0, 10.0);
             let colour = super::maps::hex(diverging(DIFFERENCE * t / 6.0));
             let failed = of_area.iter().any(|f| f.verdict == Verdict::Fail);
-            let class = if failed { " class=\"fail\"" } else { "" };
-            let _ = write!(cells, "<b{class} style=\"background:{colour}\" title=\"{}\">{:.0}</b>", escape(&f.to_string()), f.t);
+            let told = of_area.iter().any(|f| f.told);
+            let class = if failed {
+                " class=\"fail\""
+            } else if told {
+                ""
+            } else {
+                " class=\"untold\""
+            };
+            let _ = write!(
+                cells,
+                "<b{class} style=\"background:{colour}\" title=\"{}\">{}</b>",
+                escape(&f.to_string()),
+                if told { whole(f.t) } else { "·".to_owned() }
+            );
         }
         let _ = write!(
             text,
@@ -212,7 +231,7 @@ fn blocks(r: &Results) -> String {
             css_colour(i),
             escape(&s.solver),
             a.verdict,
-            escape(&a.worst.to_string()),
+            escape(&a.worst.to_string()).replace('-', "−"),
             percent(a.visible_picture).replace('+', ""),
             percent(a.visible_block).replace('+', ""),
         );

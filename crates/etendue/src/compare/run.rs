@@ -4,7 +4,7 @@ use super::{Budget, CompareOptions, Entry, Point, Reference, Results};
 use crate::choice::check_solver_name;
 use crate::load::{LoadError, LoadOptions, load};
 use crate::pool;
-use crate::verify::renderer;
+use crate::verify::{BOX, renderer};
 use etendue_check::student_quantile;
 use etendue_image::{Image, Layer, Picture};
 use etendue_solvers::agreement::{Expected, Moments, REPLICATES, Renderer, Sample, Trial, judge};
@@ -55,7 +55,11 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     }
     let load_options =
         LoadOptions { defines: options.defines.clone(), width: options.width, height: options.height, threads: options.threads };
-    let loaded = load(scene, &load_options).map_err(CompareError::Load)?;
+    let mut loaded = load(scene, &load_options).map_err(CompareError::Load)?;
+    if !matches!(options.reference, Reference::Picture(_)) {
+        // Pixels that share samples would make the variance of one depend on its neighbours, and bias it at low counts.
+        loaded.scene.views.iter_mut().for_each(|v| v.film.filter = BOX);
+    }
     let scene = &loaded.scene;
     let pool = pool::pool(options.threads).map_err(words)?;
     let trial = Trial { seed: options.seed, ..Trial::new(scene, &pool, cancel) };
@@ -97,7 +101,7 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
             long(&trial, solver, by, options.budget, by.map(|i| runs[i].1.spp)).ok_or(CompareError::Cancelled)?
         }
         (None, None) => {
-            let noise = |i: &usize| relative_variance(&runs[*i].1);
+            let noise = |i: &usize| relative_variance(&runs[*i].1) * runs[*i].1.elapsed.as_secs_f64();
             let unbiased = (0..solvers.len()).filter(|i| solvers[*i].estimates() == Estimates::Light);
             let best = unbiased.min_by(|a, b| noise(a).total_cmp(&noise(b))).ok_or_else(|| {
                 CompareError::Words(

@@ -16,7 +16,8 @@
 //! | INCONCLUSIVE | no difference seen, but one as large as the bound could hide behind the noise |
 //!
 //! The bound is relative: to the mean of the whole picture in that channel, or to the block's mean (to half the picture's in blocks that are
-//! darker). A difference that rounding in f32 explains is none.
+//! darker). An area in which a solver's own standard error is above 10 % says nothing: means of few, rare, bright contributions are skewed, and
+//! t would take that for a difference. A difference that rounding in f32 explains is none.
 //!
 //! [`Trial`] renders, a [`Sample`] gathers replicates, [`judge`] compares two samples or a sample and known means, a [`Panel`] does it for
 //! every pair of several solvers.

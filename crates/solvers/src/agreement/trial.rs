@@ -27,6 +27,8 @@ pub struct Trial<'a> {
     pub seed: u64,
     /// Point set.
     pub sequence: SequenceKind,
+    /// Blocks across and down that are compared, at most.
+    pub blocks: u32,
     /// Threads.
     pub pool: &'a rayon::ThreadPool,
     /// The request to stop.
@@ -50,7 +52,7 @@ impl<'a> Trial<'a> {
     /// All light in the first view of a scene.
     pub fn new(scene: &'a Scene, pool: &'a rayon::ThreadPool, cancel: &'a CancelToken) -> Self {
         let rules = PathRules::of(&scene.integrator);
-        Self { scene, view: 0, rules, seed: 0, sequence: SequenceKind::Sobol, pool, cancel }
+        Self { scene, view: 0, rules, seed: 0, sequence: SequenceKind::Sobol, blocks: Grid::BLOCKS, pool, cancel }
     }
 
     /// Size and filter of the picture.
@@ -59,9 +61,9 @@ impl<'a> Trial<'a> {
         FilmShape { size: film.crop_size, kernel: film.filter }
     }
 
-    /// The areas that are compared: 8 × 8 blocks, fewer of a small picture.
+    /// The areas that are compared: the blocks, fewer of a small picture.
     pub fn grid(&self) -> Grid {
-        Grid::new(self.shape().size, Grid::BLOCKS)
+        Grid::new(self.shape().size, self.blocks)
     }
 
     /// The renderer of a solver.
