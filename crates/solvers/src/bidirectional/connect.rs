@@ -19,7 +19,7 @@ use crate::transport::{Context, Heuristic, LightContext, SensorQuery, ShadowQuer
 use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::interaction::SHADOW_EPSILON;
 use etendue_scene::sensor::SensorSample;
-use etendue_scene::{Interaction, LightSample, View};
+use etendue_scene::{Interaction, LightSample, Sensor, View};
 
 /// What all strategies share.
 #[derive(Clone, Copy)]
@@ -220,7 +220,7 @@ impl<'a> Strategies<'a> {
             return None;
         }
         let x = &z.vertex.x;
-        let lens = self.seen(x.p, u.u2(Dim::at(z.address, light_slot::LENS)))?;
+        let lens = self.seen(x.p, z.address, u)?;
         let turn = self.sides.turn_to_eye(&z.vertex, lens.wi, &WL)?;
         let contribution = z.beta * turn.f_cos * (lens.we / lens.pdf.value());
         let shadow = ShadowQuery { ray: lens.shadow_ray(x)?, contribution, edges };
@@ -240,7 +240,7 @@ impl<'a> Strategies<'a> {
         if !self.may_count(1) {
             return None;
         }
-        let lens = self.seen(x.p, u.u2(Dim::at(0, light_slot::LENS)))?;
+        let lens = self.seen(x.p, 0, u)?;
         let (cos, cos_emitted) = (x.n.dot(lens.wi), x.n.dot(origin.ray.d));
         if cos <= 0.0 || cos_emitted <= 0.0 {
             return None;
@@ -262,7 +262,10 @@ impl<'a> Strategies<'a> {
 
     /// The lens as `p` sees it, where that falls within the crop.
     #[inline]
-    fn seen(&self, p: Vec3, lens: Vec2) -> Option<SensorSample> {
+    fn seen(&self, p: Vec3, address: u32, u: &Sampler) -> Option<SensorSample> {
+        // Only a lens of some size has a choice.
+        let has_size = matches!(self.view.sensor, Sensor::ThinLens(_));
+        let lens = if has_size { u.u2(Dim::at(address, light_slot::LENS)) } else { Vec2::ZERO };
         let film = &self.view.film;
         let own = |s: &SensorSample| s.pixel - Vec2::new(film.crop_offset[0] as f32, film.crop_offset[1] as f32);
         let size = Vec2::new(film.crop_size[0] as f32, film.crop_size[1] as f32);

@@ -151,16 +151,15 @@ impl LightPath {
             Walk { c, sides, heuristic, end: End::Light, state, start: origin.flux, trail: origin.trail(), parent: None, count: 1 };
         while walk.state.edges < c.rules.max_edges {
             let Some(x) = walk.meet(rays) else { return };
-            let mut v = walk.vertex(x);
+            let place = self.vertices.len();
+            self.vertices.push(walk.vertex(x));
+            let v = &mut self.vertices[place];
             if walk.count == 1 {
                 // The light sampler at z_1 competes for z_0.
                 let pdf = origin.next_event_density(c.scene, &v.vertex.light_reference());
                 v.link.connect = power(heuristic, pdf, origin.density);
             }
-            let place = self.vertices.len() as u32;
-            let goes_on = walk.turn(&mut v, place, u);
-            self.vertices.push(v);
-            if !goes_on {
+            if !walk.turn(v, place as u32, u) {
                 return;
             }
         }

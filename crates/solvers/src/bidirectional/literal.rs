@@ -99,8 +99,8 @@ impl Whole {
     /// w_s for all s, from 0 to the number of vertices less one.
     pub fn weights(&self, all: &Strategies<'_>) -> Vec<f64> {
         let k = self.points.len() + 1;
-        let from_light: Vec<f64> = (0..k).map(|i| self.from_light(all, i)).collect();
-        let from_eye: Vec<f64> = (0..k).map(|i| self.from_eye(all, i)).collect();
+        let from_light: Vec<f64> = (0..k).map(|i| self.light_density(all, i)).collect();
+        let from_eye: Vec<f64> = (0..k).map(|i| self.eye_density(all, i)).collect();
         let beta = if all.heuristic == Heuristic::Balance { 1.0 } else { 2.0 };
         let logs: Vec<f64> = (0..=k)
             .map(|s| {
@@ -174,7 +174,7 @@ impl Whole {
     }
 
     /// p⃖(z_i).
-    fn from_eye(&self, all: &Strategies<'_>, i: usize) -> f64 {
+    fn eye_density(&self, all: &Strategies<'_>, i: usize) -> f64 {
         let last = self.points.len();
         let seen = |x: &Interaction| f64::from(all.eye.density(x.p, x.n, self.from_lens));
         if i == last {
@@ -190,7 +190,7 @@ impl Whole {
     }
 
     /// p⃗(z_i), of light that was emitted.
-    fn from_light(&self, all: &Strategies<'_>, i: usize) -> f64 {
+    fn light_density(&self, all: &Strategies<'_>, i: usize) -> f64 {
         let scene = all.c.scene;
         if i >= 2 {
             let w = self.eyewards(i - 1);

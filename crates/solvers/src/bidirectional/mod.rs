@@ -143,20 +143,18 @@ impl Strategies<'_> {
             }
 
             // s = 1, and s ≥ 2.
-            let mut y = walk.vertex(x);
+            let place = vertices.len();
+            vertices.push(walk.vertex(x));
+            let y = &vertices[place];
             if y.vertex.is_smooth() {
-                self.next_event(&y, u, rays, &mut |f| found(f, light, vertices));
+                self.next_event(y, u, rays, &mut |f| found(f, light, vertices));
                 for z in light.vertices.iter().filter(|z| z.vertex.is_smooth()) {
-                    if let Some(f) = self.inner(&y, z, rays) {
+                    if let Some(f) = self.inner(y, z, rays) {
                         found(&f, light, vertices);
                     }
                 }
             }
-
-            let place = vertices.len() as u32;
-            let goes_on = walk.turn(&mut y, place, u);
-            vertices.push(y);
-            if !goes_on {
+            if !walk.turn(&mut vertices[place], place as u32, u) {
                 return;
             }
         }

@@ -53,7 +53,7 @@ impl Walk<'_> {
     }
 
     /// The vertex at x.
-    #[inline]
+    #[inline(always)] // it is large, and better made where it stays
     pub fn vertex(&self, x: Interaction) -> PathVertex {
         let link = self.trail.arrive(x.p, x.n, x.wo);
         PathVertex {
