@@ -129,7 +129,6 @@ fn each_fault_fails_and_the_control_passes() {
     assert_eq!(control.verdict, Verdict::Pass, "{} / {}", control.worst, control.blindest);
     for (i, fault) in FAULTS.into_iter().enumerate() {
         let found = judge(&measure(Faulty(fault), 2 + i as u64), Expected::Sample(&reference), &standard, tests);
-        eprintln!("{fault:?}: {} failures, worst {}", found.failures().count(), found.worst);
         assert_eq!(found.verdict, Verdict::Fail, "{fault:?}: {}", found.worst);
     }
 }
@@ -157,6 +156,5 @@ fn right_solvers_pass_over_many_seeds() {
         confirmed += pairs.iter().filter(|p| p.verdict == Verdict::Fail).count();
         passed += pairs.iter().filter(|p| p.verdict == Verdict::Pass).count();
     }
-    eprintln!("{failed} of 60 families failed at first, {confirmed} pairs in the end; {passed} of 180 pairs passed");
     assert!(failed < 6 && confirmed == 0 && passed > 0, "{failed}, {confirmed}, {passed}");
 }

@@ -87,7 +87,7 @@ fn number(v: f64) -> String {
         return format!("10{}", digits(exponent.round() as i32));
     }
     match v {
-        v if v >= 1e4 || v < 1e-3 => format!("{v:.0e}"),
+        v if !(1e-3..1e4).contains(&v) => format!("{v:.0e}"),
         v => format!("{}", (v * 1e4).round() / 1e4),
     }
 }
