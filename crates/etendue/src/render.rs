@@ -211,7 +211,13 @@ struct End {
 
 impl End {
     fn of(outcome: &Outcome) -> Self {
-        Self { stopped: outcome.stopped, passes: outcome.passes, noise: outcome.noise, elapsed: outcome.elapsed, books: outcome.books }
+        Self {
+            stopped: outcome.stopped,
+            passes: outcome.passes,
+            noise: outcome.noise,
+            elapsed: outcome.elapsed,
+            books: outcome.books,
+        }
     }
 }
 
