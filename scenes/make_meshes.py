@@ -61,7 +61,7 @@ def lamps(seed, count):
     rng = random.Random(seed)
     vertices, triangles = [], []
     for _ in range(count):
-        x, z, y, r = rng.uniform(-5, 5), rng.uniform(-5, 5), rng.uniform(2.0, 2.9), rng.uniform(0.004, 0.012)
+        x, z, y, r = rng.uniform(-5, 5), rng.uniform(-5, 5), rng.uniform(2.6, 2.9), rng.uniform(0.004, 0.012)
         n = len(vertices)
         vertices += [(x - r, y, z - r), (x + r, y, z - r), (x, y, z + r)]
         triangles.append((n, n + 1, n + 2))

@@ -30,7 +30,7 @@ scenes! {
     "caustic-seen": "the same with the glass and the ring in view";
     "cornell-lens": "the Cornell box through a wide lens";
     "ajar": "a room lit only through the gap of a door";
-    "many-lights": "ten thousand small lamps";
+    "many-lights": "a hall lit by ten thousand small lamps";
 }
 
 macro_rules! files {
