@@ -71,14 +71,14 @@ fn crops_are_windows() {
 }
 
 /// A render under a magnifying glass: stopped after so many tiles, resumed, its last checkpoint kept.
-struct Session<'a> {
+struct Attempt<'a> {
     scene: &'a Scene,
     stop: Stop,
     digest: u64,
     seed: u64,
 }
 
-impl Session<'_> {
+impl Attempt<'_> {
     /// Cancelled from within once `tiles` tiles of pass `pass` are done; the bytes of the last checkpoint.
     fn run(&self, cancel_at: Option<(u32, u64)>, resume: Option<&[u8]>) -> Result<(Picture, Outcome, Vec<u8>), String> {
         let (cancel, progress) = (CancelToken::default(), Progress::default());
@@ -142,18 +142,18 @@ impl etendue_solvers::drivers::PixelSolver for Saboteur<'_> {
 fn stopped_and_resumed_is_undisturbed() {
     let scene = balls(GAUSSIAN);
     for stop in [Stop::Samples(6), Stop::Noise { percent: 1e-9, limit: 32 }] {
-        let session = Session { scene: &scene, stop, digest: 9, seed: 3 };
-        let (undisturbed, outcome, _) = session.run(None, None).expect("runs");
+        let attempt = Attempt { scene: &scene, stop, digest: 9, seed: 3 };
+        let (undisturbed, outcome, _) = attempt.run(None, None).expect("runs");
         let mut bytes: Option<Vec<u8>> = None;
         // Three interruptions: in the middle of the first pass, of a later one, and right at a pass's beginning.
         for at in [(0, 2), (3, 4), (5, 0)] {
-            let (partial, stopped, saved) = session.run(Some(at), bytes.as_deref()).expect("resumes");
+            let (partial, stopped, saved) = attempt.run(Some(at), bytes.as_deref()).expect("resumes");
             assert_eq!(stopped.stopped, Stopped::Cancelled);
             assert_eq!(stopped.passes, at.0);
             assert_ne!(partial, undisturbed);
             bytes = Some(saved);
         }
-        let (finished, end, _) = session.run(None, bytes.as_deref()).expect("resumes");
+        let (finished, end, _) = attempt.run(None, bytes.as_deref()).expect("resumes");
         assert_eq!((end.stopped, end.passes), (outcome.stopped, outcome.passes));
         assert_eq!(end.noise, outcome.noise);
         assert!(bits(&finished) == bits(&undisturbed), "{stop:?}");
@@ -172,32 +172,32 @@ fn no_time_is_time_for_one_pass() {
 #[test]
 fn foreign_and_damaged_checkpoints_are_refused() {
     let scene = balls(BOX);
-    let session = |digest, seed, stop| Session { scene: &scene, stop, digest, seed };
-    let of = session(9, 3, Stop::Samples(6));
+    let attempt = |digest, seed, stop| Attempt { scene: &scene, stop, digest, seed };
+    let of = attempt(9, 3, Stop::Samples(6));
     let (_, _, bytes) = of.run(Some((2, 1)), None).expect("runs");
     assert!(of.run(None, Some(&bytes)).is_ok());
 
-    let refused = |session: Session<'_>, bytes: &[u8], words: &str| match session.run(None, Some(bytes)) {
+    let refused = |attempt: Attempt<'_>, bytes: &[u8], words: &str| match attempt.run(None, Some(bytes)) {
         Ok(_) => panic!("went on, should have said: {words}"),
         Err(said) => assert!(said.contains(words), "said: {said}"),
     };
-    refused(session(8, 3, Stop::Samples(6)), &bytes, "scene or its settings have changed");
-    refused(session(9, 4, Stop::Samples(6)), &bytes, "seed 3");
-    refused(session(9, 3, Stop::Samples(7)), &bytes, "sample count of 6");
-    refused(session(9, 3, Stop::Noise { percent: 1.0, limit: 96 }), &bytes, "noise target");
+    refused(attempt(8, 3, Stop::Samples(6)), &bytes, "scene or its settings have changed");
+    refused(attempt(9, 4, Stop::Samples(6)), &bytes, "seed 3");
+    refused(attempt(9, 3, Stop::Samples(7)), &bytes, "sample count of 6");
+    refused(attempt(9, 3, Stop::Noise { percent: 1.0, limit: 96 }), &bytes, "noise target");
     let smaller = scene_of_another_size();
-    refused(Session { scene: &smaller, ..session(9, 3, Stop::Samples(6)) }, &bytes, "size");
+    refused(Attempt { scene: &smaller, ..attempt(9, 3, Stop::Samples(6)) }, &bytes, "size");
 
     // Cut short, lengthened, nothing at all, something else, and every place with a flipped bit (every 97th, to save time).
     for damaged in
         [&bytes[..bytes.len() - 1], &bytes[..bytes.len() / 2], &[], b"PNG and the like", &[bytes.as_slice(), &[0]].concat()]
     {
-        refused(session(9, 3, Stop::Samples(6)), damaged, "checkpoint");
+        refused(attempt(9, 3, Stop::Samples(6)), damaged, "checkpoint");
     }
     for i in (0..bytes.len()).step_by(97) {
         let mut damaged = bytes.clone();
         damaged[i] ^= 0x10;
-        refused(session(9, 3, Stop::Samples(6)), &damaged, "checkpoint");
+        refused(attempt(9, 3, Stop::Samples(6)), &damaged, "checkpoint");
     }
 }
 
