@@ -13,7 +13,7 @@
 //! - **Watertight.** A ray cannot slip between two triangles that share an edge or a corner (`traverse::plain` tells why).
 //! - **Both sides.** A triangle is hit from either side; without area it is never hit.
 //! - **The same bits.** The vector path and the plain path give the same hits, and the tree is the same at any number of threads.
-//!   Of several hits at the same t the one with the lowest numbers wins (outer before inner, triangles before other things).
+//!   Of several hits at the same t the one with the lowest numbers wins (instance, then item; what is in no instance comes last).
 //! - **Anything goes.** Numbers that are not finite, rays that go nowhere, a hundred thousand triangles in one place: no panic, no endless loop.
 //!
 //! ```
