@@ -2,7 +2,7 @@
 //! range are reported where they stand and answered by the default, and what nobody asked for is reported as unknown.
 
 use crate::diagnostic::Diagnostics;
-use crate::node::{Description, Kind, Node, NodeId, Param, SpectrumValue, Value};
+use crate::node::{Description, Kind, Node, NodeId, Param, Value};
 use crate::source::Span;
 use etendue_numerics::Transform;
 use glam::DVec3;
@@ -189,14 +189,6 @@ impl<'a> Params<'a> {
             }
         }
         found
-    }
-
-    /// The colour samples of a spectrum value, for callers that convert: `None` for other types.
-    pub fn spectrum_value(param: &Param) -> Option<SpectrumValue> {
-        match &param.value.value {
-            Value::Spectrum(s) => Some(s.clone()),
-            _ => None,
-        }
     }
 
     /// Accepts names that étendue understands and has no use for.

@@ -72,11 +72,6 @@ impl Bounds3 {
         d.x * d.y + d.y * d.z + d.z * d.x
     }
 
-    /// The axis (0, 1, 2) of the longest edge.
-    pub fn longest_axis(&self) -> usize {
-        self.size().max_position()
-    }
-
     /// The eight corners.
     pub fn corners(&self) -> [Vec3; 8] {
         let pick = |high: usize, axis: usize| if high >> axis & 1 == 1 { self.max[axis] } else { self.min[axis] };

@@ -70,12 +70,6 @@ impl Transform {
         self.matrix.transform_point3(p)
     }
 
-    /// Where the point goes, with the division by w.
-    #[inline]
-    pub fn project_point(&self, p: Vec3) -> Vec3 {
-        self.m.project_point3(p)
-    }
-
     /// Where the direction goes; not normalised.
     #[inline]
     pub fn vector(&self, v: Vec3) -> Vec3 {

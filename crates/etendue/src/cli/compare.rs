@@ -1,7 +1,7 @@
 //! `etendue compare`: several solvers on one scene, as a page.
 
+use super::interrupt::{Words, stop_on_ctrl_c};
 use super::parse::{define, seconds};
-use super::verify::stop_on_ctrl_c;
 use super::{Done, output};
 use clap::Args;
 use etendue::compare::{Budget, CompareError, CompareOptions, Reference, Results, compare, page};
@@ -73,7 +73,7 @@ pub fn run(a: &CompareArguments) -> Done {
         standard: Standard::default(),
     };
     let cancel = Arc::new(CancelToken::default());
-    stop_on_ctrl_c(&cancel);
+    stop_on_ctrl_c(&cancel, |token| token, Words::default(), "end the program at once");
     let tell = |words: &str| {
         if !a.quiet {
             output::message(&format!("{words} …"));

@@ -5,6 +5,7 @@ mod diff;
 mod doctor;
 mod files;
 mod info;
+mod interrupt;
 mod output;
 mod parse;
 mod progress;

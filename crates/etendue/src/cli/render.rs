@@ -1,5 +1,6 @@
 //! `etendue render`.
 
+use super::interrupt::{Words, stop_on_ctrl_c};
 use super::parse::{self, Depth};
 use super::progress::{Display, NoiseCell, Style};
 use super::tonemap::ToneArguments;
@@ -149,7 +150,7 @@ pub fn run(a: &RenderArguments) -> Done {
     }
     let noise = Arc::new(NoiseCell::default());
     let watch = Arc::new(Watch { events: Some(listener(a, &noise)), ..Watch::default() });
-    stop_on_ctrl_c(&watch);
+    stop_on_ctrl_c(&watch, |watch| &watch.cancel, INTERRUPTED, "not save the picture");
     let style = if a.quiet && a.progress != Style::Json { Style::None } else { a.progress };
     let pixels = view.map_or(0, |v| v.film.crop_size.map(u64::from).iter().product());
     let display = Display::start(style, Arc::clone(&watch), stop, pixels, noise);
@@ -222,19 +223,8 @@ fn listener(a: &RenderArguments, noise: &Arc<NoiseCell>) -> Listener {
     })
 }
 
-/// The first Ctrl-C stops the render and keeps what is done; the second ends the program.
-fn stop_on_ctrl_c(watch: &Arc<Watch>) {
-    let watch = Arc::clone(watch);
-    let handler = move || {
-        if watch.cancel.is_cancelled() {
-            output::message("stopped at once; nothing was written");
-            #[expect(clippy::exit, reason = "the user has asked twice")]
-            std::process::exit(130);
-        }
-        watch.cancel.cancel();
-        output::message("stopping; what is done will be written (Ctrl-C again to quit at once)");
-    };
-    if let Err(e) = ctrlc::set_handler(handler) {
-        output::message(&format!("warning: Ctrl-C will not save the picture: {e}"));
-    }
-}
+/// What Ctrl-C says while a picture is at stake.
+const INTERRUPTED: Words = Words {
+    asked: Some("stopping; what is done will be written (Ctrl-C again to quit at once)"),
+    ended: Some("stopped at once; nothing was written"),
+};

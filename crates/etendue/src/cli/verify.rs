@@ -1,5 +1,6 @@
 //! `etendue verify`: do the solvers agree?
 
+use super::interrupt::{Words, stop_on_ctrl_c};
 use super::parse::{define, positive, seconds};
 use super::{Done, output};
 use clap::Args;
@@ -74,7 +75,7 @@ pub fn run(a: &VerifyArguments) -> Done {
         standard: Standard { bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound, ..Standard::default() },
     };
     let cancel = Arc::new(CancelToken::default());
-    stop_on_ctrl_c(&cancel);
+    stop_on_ctrl_c(&cancel, |token| token, Words::default(), "end the program at once");
     let tell = |words: &str| {
         if !a.quiet {
             output::message(&format!("{words} …"));
@@ -95,21 +96,6 @@ pub fn run(a: &VerifyArguments) -> Done {
     }
     output::result(&report(&found));
     Ok(if found.verdict == Verdict::Pass { ExitCode::SUCCESS } else { ExitCode::FAILURE })
-}
-
-/// The first Ctrl-C asks to stop; another one ends the program.
-pub(super) fn stop_on_ctrl_c(cancel: &Arc<CancelToken>) {
-    let cancel = Arc::clone(cancel);
-    let handler = move || {
-        if cancel.is_cancelled() {
-            #[expect(clippy::exit, reason = "the user has asked twice")]
-            std::process::exit(130);
-        }
-        cancel.cancel();
-    };
-    if let Err(e) = ctrlc::set_handler(handler) {
-        output::message(&format!("warning: Ctrl-C will end the program at once: {e}"));
-    }
 }
 
 fn percent(x: f64) -> String {
