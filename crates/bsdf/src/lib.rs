@@ -30,6 +30,7 @@ pub mod lobes;
 mod local;
 pub mod microfacet;
 mod perturbation;
+mod slot;
 
 pub use bsdf::Bsdf;
 pub use event::Event;

@@ -11,10 +11,12 @@ mod film;
 mod fixed;
 mod replicates;
 mod splat;
+mod sums;
 mod tile;
 
-pub use film::{Film, FilmShape, NonFinite, Sums};
+pub use film::{Film, FilmShape};
 pub use fixed::Fixed;
 pub use replicates::{NoiseEstimate, Replicates};
 pub use splat::Splat;
+pub use sums::{NonFinite, Sums};
 pub use tile::Tile;

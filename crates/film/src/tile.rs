@@ -1,7 +1,8 @@
 //! A piece of the film that one thread fills: samples go through the reconstruction filter in f32, in a fixed order, and are then
 //! merged into the film's exact sums.
 
-use crate::film::{FilmShape, NonFinite};
+use crate::film::FilmShape;
+use crate::sums::NonFinite;
 use etendue_numerics::kernel::Kernel;
 use etendue_numerics::{Spectrum, Vec2, Vec4};
 
