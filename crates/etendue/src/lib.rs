@@ -17,6 +17,7 @@ pub mod builtin;
 mod choice;
 pub mod compare;
 mod digest;
+pub mod experiment;
 mod layers;
 pub mod load;
 pub mod memory;

@@ -1,16 +1,14 @@
 //! `etendue compare`: several solvers on one scene, as a page.
 
-use super::interrupt::{Words, stop_on_ctrl_c};
-use super::parse::{define, seconds};
+use super::experiment::ExperimentArguments;
+use super::parse::seconds;
 use super::{Done, output};
 use clap::Args;
-use etendue::compare::{Budget, CompareError, CompareOptions, Reference, Results, compare, page};
+use etendue::compare::{Budget, CompareOptions, Reference, Results, compare, page};
 use etendue_image::{SaveOptions, save, write_atomically};
-use etendue_solvers::CancelToken;
 use etendue_solvers::agreement::Standard;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// Renders a scene with several solvers and writes a page that shows how far each is from a reference.
@@ -41,18 +39,8 @@ pub struct CompareArguments {
     /// Height of the picture in pixels.
     #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
     height: Option<u32>,
-    /// Seed of all random decisions.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-    /// Threads; all cores otherwise.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
-    define: Vec<(String, String)>,
-    /// Show nothing but errors.
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    common: ExperimentArguments,
 }
 
 pub fn run(a: &CompareArguments) -> Done {
@@ -67,29 +55,16 @@ pub fn run(a: &CompareArguments) -> Done {
         budget: a.spp.map_or(Budget::Time(a.time), Budget::Samples),
         width: a.width,
         height: a.height,
-        seed: a.seed,
-        threads: a.threads.map(usize::from),
-        defines: a.define.clone(),
+        seed: a.common.seed,
+        threads: a.common.threads(),
+        defines: a.common.define.clone(),
         standard: Standard::default(),
     };
-    let cancel = Arc::new(CancelToken::default());
-    stop_on_ctrl_c(&cancel, |token| token, Words::default(), "end the program at once");
-    let tell = |words: &str| {
-        if !a.quiet {
-            output::message(&format!("{words} …"));
-        }
-    };
-    let results = match compare(&a.scene, &options, &cancel, &tell) {
-        Ok(results) => results,
-        Err(CompareError::Load(e)) => return Err(output::load_error(&e)),
-        Err(CompareError::Words(words)) => return Err(words),
-        Err(CompareError::Cancelled) => {
-            output::message("stopped, as asked; nothing was written");
-            return Ok(ExitCode::from(130));
-        }
+    let Some(results) = a.common.watch("nothing was written", |cancel, tell| compare(&a.scene, &options, cancel, tell))? else {
+        return Ok(ExitCode::from(130));
     };
     write(&a.output, &results)?;
-    if !a.quiet {
+    if !a.common.quiet {
         output::message(&format!("wrote {}", a.output.join("index.html").display()));
     }
     Ok(ExitCode::SUCCESS)

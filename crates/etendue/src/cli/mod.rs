@@ -3,6 +3,7 @@
 mod compare;
 mod diff;
 mod doctor;
+mod experiment;
 mod files;
 mod info;
 mod interrupt;

@@ -1,15 +1,13 @@
 //! `etendue verify`: do the solvers agree?
 
-use super::interrupt::{Words, stop_on_ctrl_c};
-use super::parse::{define, positive, seconds};
+use super::experiment::ExperimentArguments;
+use super::parse::{positive, seconds};
 use super::{Done, output};
 use clap::Args;
-use etendue::verify::{Comparison, Verification, VerifyError, VerifyOptions, verify};
-use etendue_solvers::CancelToken;
+use etendue::verify::{Comparison, Verification, VerifyOptions, verify};
 use etendue_solvers::agreement::{Standard, Verdict};
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 /// Tests whether all solvers find the same light: every pair on a scene, and each in the furnace, whose answer is known.
@@ -45,21 +43,11 @@ pub struct VerifyArguments {
     /// Bias of one block, in per cent of it, that must not go unseen.
     #[arg(long, value_name = "PERCENT", default_value_t = 20.0, value_parser = positive)]
     block_bound: f64,
-    /// Seed of all random decisions.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-    /// Threads; all cores otherwise.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
-    define: Vec<(String, String)>,
     /// Write all figures as one JSON object.
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
-    /// Show nothing but the result.
-    #[arg(short, long)]
-    quiet: bool,
+    #[command(flatten)]
+    common: ExperimentArguments,
 }
 
 pub fn run(a: &VerifyArguments) -> Done {
@@ -69,26 +57,13 @@ pub fn run(a: &VerifyArguments) -> Done {
         spp: a.spp,
         size: a.size,
         blocks: a.blocks,
-        seed: a.seed,
-        threads: a.threads.map(usize::from),
-        defines: a.define.clone(),
+        seed: a.common.seed,
+        threads: a.common.threads(),
+        defines: a.common.define.clone(),
         standard: Standard { bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound, ..Standard::default() },
     };
-    let cancel = Arc::new(CancelToken::default());
-    stop_on_ctrl_c(&cancel, |token| token, Words::default(), "end the program at once");
-    let tell = |words: &str| {
-        if !a.quiet {
-            output::message(&format!("{words} …"));
-        }
-    };
-    let found = match verify(&a.scene, &options, &cancel, &tell) {
-        Ok(found) => found,
-        Err(VerifyError::Load(e)) => return Err(output::load_error(&e)),
-        Err(VerifyError::Words(words)) => return Err(words),
-        Err(VerifyError::Cancelled) => {
-            output::message("stopped, as asked: there is no verdict");
-            return Ok(ExitCode::from(130));
-        }
+    let Some(found) = a.common.watch("there is no verdict", |cancel, tell| verify(&a.scene, &options, cancel, tell))? else {
+        return Ok(ExitCode::from(130));
     };
     if let Some(path) = &a.json {
         let json = serde_json::to_string_pretty(&found).map_err(|e| e.to_string())?;
@@ -111,9 +86,10 @@ fn percent(x: f64) -> String {
 }
 
 fn report(v: &Verification) -> String {
+    let h = &v.header;
     let mut lines = vec![format!(
         "{} at {} x {} pixels in {} x {} blocks, seed {}, {} threads, {:.1} s",
-        v.scene, v.size[0], v.size[1], v.blocks[0], v.blocks[1], v.seed, v.threads, v.seconds
+        h.scene, h.size[0], h.size[1], h.blocks[0], h.blocks[1], h.seed, h.threads, v.seconds
     )];
     lines.push(String::new());
     lines.push(format!("{:<22}{:>12}{:>12}{:>10}{:>14}{:>14}", "solver", "spp", "replicates", "time", "± picture", "± block"));
@@ -181,8 +157,8 @@ fn last_line(v: &Verification) -> String {
         Verdict::Inconclusive if v.pairs.is_empty() => "INCONCLUSIVE: nothing to compare with".to_owned(),
         Verdict::Inconclusive => format!(
             "INCONCLUSIVE: no difference, but a bias above the bound ({} of the picture, {} of a block) could hide in {}; more --time shows more",
-            percent(v.standard.bound),
-            percent(v.standard.block_bound),
+            percent(v.header.standard.bound),
+            percent(v.header.standard.block_bound),
             of(Verdict::Inconclusive)
         ),
     }

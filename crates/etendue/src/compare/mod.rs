@@ -18,8 +18,9 @@ mod plot;
 mod run;
 
 pub use page::page;
-pub use run::{CompareError, compare};
+pub use run::compare;
 
+use crate::experiment::Header;
 use etendue_image::Picture;
 use etendue_solvers::agreement::{Agreement, Standard};
 use serde::Serialize;
@@ -121,22 +122,11 @@ pub struct Entry {
 /// All results.
 #[derive(Clone, Debug, Serialize)]
 pub struct Results {
-    /// Program and version.
-    pub software: String,
-    /// The scene.
-    pub scene: String,
-    /// Pixels.
-    pub size: [u32; 2],
-    /// Blocks across and down.
-    pub blocks: [u32; 2],
-    /// Seed.
-    pub seed: u64,
-    /// Threads.
-    pub threads: usize,
+    /// Scene, size, seed and the like.
+    #[serde(flatten)]
+    pub header: Header,
     /// How much each solver could do.
     pub budget: Budget,
-    /// How strictly was judged.
-    pub standard: Standard,
     /// Comparisons in the family of all tests.
     pub tests: usize,
     /// What the reference is, in words.

@@ -15,8 +15,8 @@ const SCRIPT: &str = include_str!("page.js");
 pub fn page(results: &Results) -> String {
     let parts = [
         ("{{style}}", STYLE.to_owned()),
-        ("{{title}}", escape(&format!("{}: {}", results.scene, names(results)))),
-        ("{{scene}}", escape(&results.scene)),
+        ("{{title}}", escape(&format!("{}: {}", results.header.scene, names(results)))),
+        ("{{scene}}", escape(&results.header.scene)),
         ("{{summary}}", summary(results)),
         ("{{table}}", table(results)),
         ("{{pictures}}", pictures(results)),
@@ -59,10 +59,10 @@ fn summary(r: &Results) -> String {
     format!(
         "{} at {} × {} pixels, {budget}, on {} threads, seed {}. Reference: {}.",
         escape(&names(r)),
-        r.size[0],
-        r.size[1],
-        r.threads,
-        r.seed,
+        r.header.size[0],
+        r.header.size[1],
+        r.header.threads,
+        r.header.seed,
         escape(&r.reference)
     )
 }
@@ -225,9 +225,9 @@ fn blocks(r: &Results) -> String {
             text,
             "<figure><div class=\"blocks\" style=\"--columns:{};--ratio:{}/{}\">{cells}</div><figcaption><i style=\"background:{}\"></i>{}: \
              {}. Worst: {}. A bias of {} of the picture, or {} of a block, would have been seen.</figcaption></figure>",
-            r.blocks[0],
-            r.size[0],
-            r.size[1],
+            r.header.blocks[0],
+            r.header.size[0],
+            r.header.size[1],
             css_colour(i),
             escape(&s.solver),
             a.verdict,
@@ -245,10 +245,10 @@ fn notes(r: &Results) -> String {
          of false alarms. Bounds: {}&#8239;% of the picture, {}&#8239;% of a block. Written by {}.",
         number(r.reference_rel_mse),
         r.tests,
-        100.0 * r.standard.alpha,
-        100.0 * r.standard.bound,
-        100.0 * r.standard.block_bound,
-        escape(&r.software)
+        100.0 * r.header.standard.alpha,
+        100.0 * r.header.standard.bound,
+        100.0 * r.header.standard.block_bound,
+        escape(&r.header.software)
     )
 }
 

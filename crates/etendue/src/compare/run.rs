@@ -2,9 +2,9 @@
 
 use super::{Budget, CompareOptions, Entry, Point, Reference, Results};
 use crate::choice::check_solver_name;
-use crate::load::{LoadError, LoadOptions, load};
+use crate::experiment::{BOX, ExperimentError, Header, renderer};
+use crate::load::{LoadOptions, load};
 use crate::pool;
-use crate::verify::{BOX, renderer};
 use etendue_check::student_quantile;
 use etendue_image::{Image, Layer, Picture};
 use etendue_solvers::agreement::{Expected, Moments, REPLICATES, Renderer, Sample, Trial, judge};
@@ -12,18 +12,7 @@ use etendue_solvers::{AnySolver, CancelToken, Estimates, Stop};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Why nothing was compared.
-#[derive(Debug)]
-pub enum CompareError {
-    /// There is no scene.
-    Load(LoadError),
-    /// In words.
-    Words(String),
-    /// It was asked to stop.
-    Cancelled,
-}
-
-type Compared<T> = Result<T, CompareError>;
+type Compared<T> = Result<T, ExperimentError>;
 type Pixels = Vec<[f32; 3]>;
 
 /// Replicates of one solver, with sums per pixel.
@@ -48,27 +37,26 @@ struct Standardised {
 
 /// Compares; `tell` hears what is going on.
 pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell: &dyn Fn(&str)) -> Compared<Results> {
-    let words = |e: crate::RenderError| CompareError::Words(e.to_string());
     let reference_solver = if let Reference::Solver(name) = &options.reference { Some(name) } else { None };
     for name in options.solvers.iter().chain(reference_solver) {
-        check_solver_name(name).map_err(words)?;
+        check_solver_name(name)?;
     }
     let load_options =
         LoadOptions { defines: options.defines.clone(), width: options.width, height: options.height, threads: options.threads };
-    let mut loaded = load(scene, &load_options).map_err(CompareError::Load)?;
+    let mut loaded = load(scene, &load_options).map_err(ExperimentError::Load)?;
     if !matches!(options.reference, Reference::Picture(_)) {
         // Pixels that share samples would make the variance of one depend on its neighbours, and bias it at low counts.
         loaded.scene.views.iter_mut().for_each(|v| v.film.filter = BOX);
     }
     let scene = &loaded.scene;
-    let pool = pool::pool(options.threads).map_err(words)?;
+    let pool = pool::pool(options.threads)?;
     let trial = Trial { seed: options.seed, ..Trial::new(scene, &pool, cancel) };
     let able = |name: &String| {
         let solver = AnySolver::new(name, &scene.integrator)
-            .ok_or_else(|| CompareError::Words(format!("the solver `{name}` is not there yet")))?;
+            .ok_or_else(|| ExperimentError::Words(format!("the solver `{name}` is not there yet")))?;
         match solver.needs().check(scene) {
             Ok(()) => Ok(solver),
-            Err(why) => Err(CompareError::Words(format!("`{name}` cannot render this scene: {}", why.reason))),
+            Err(why) => Err(ExperimentError::Words(format!("`{name}` cannot render this scene: {}", why.reason))),
         }
     };
     let solvers = options.solvers.iter().map(able).collect::<Compared<Vec<_>>>()?;
@@ -83,9 +71,9 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     for (i, solver) in solvers.iter().enumerate() {
         tell(&format!("rendering with {}", solver.name()));
         let render = renderer(solver, scene);
-        let straight = straight(&trial, &*render, options.budget, i as u64).ok_or(CompareError::Cancelled)?;
+        let straight = straight(&trial, &*render, options.budget, i as u64).ok_or(ExperimentError::Cancelled)?;
         let spp = (straight.3 / REPLICATES).max(1);
-        let spread = spread(&trial, &*render, spp, 64 + i as u64).ok_or(CompareError::Cancelled)?;
+        let spread = spread(&trial, &*render, spp, 64 + i as u64).ok_or(ExperimentError::Cancelled)?;
         runs.push((straight, spread));
     }
 
@@ -98,17 +86,17 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
         }
         (None, Some(solver)) => {
             let by = options.solvers.iter().position(|s| s == solver.name());
-            long(&trial, solver, by, options.budget, by.map(|i| runs[i].1.spp)).ok_or(CompareError::Cancelled)?
+            long(&trial, solver, by, options.budget, by.map(|i| runs[i].1.spp)).ok_or(ExperimentError::Cancelled)?
         }
         (None, None) => {
             let noise = |i: &usize| relative_variance(&runs[*i].1) * runs[*i].1.elapsed.as_secs_f64();
             let unbiased = (0..solvers.len()).filter(|i| solvers[*i].estimates() == Estimates::Light);
             let best = unbiased.min_by(|a, b| noise(a).total_cmp(&noise(b))).ok_or_else(|| {
-                CompareError::Words(
+                ExperimentError::Words(
                     "none of these solvers estimates all light without bias\n  help: name one with --reference".to_owned(),
                 )
             })?;
-            long(&trial, &solvers[best], Some(best), options.budget, Some(runs[best].1.spp)).ok_or(CompareError::Cancelled)?
+            long(&trial, &solvers[best], Some(best), options.budget, Some(runs[best].1.spp)).ok_or(ExperimentError::Cancelled)?
         }
     };
 
@@ -122,14 +110,8 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     let mean = trial.grid().means(&reference.pixels)[0];
     let zero = vec![[0.0f32; 3]; reference.pixels.len()];
     Ok(Results {
-        software: crate::render::software(),
-        scene: loaded.name.clone(),
-        size,
-        blocks: trial.grid().blocks,
-        seed: options.seed,
-        threads: pool.current_num_threads(),
+        header: Header::new(&loaded, &trial, options.standard),
         budget: options.budget,
-        standard: options.standard,
         tests,
         reference_rel_mse: -rel_mse(&reference.pixels, &reference.pixels, &reference.variance),
         reference: reference.words.clone(),
@@ -141,11 +123,11 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
 
 /// A picture file as a reference.
 fn read(path: &std::path::Path, size: [u32; 2]) -> Compared<Pixels> {
-    let image = etendue_image::load(path).map_err(|e| CompareError::Words(e.to_string()))?;
+    let image = etendue_image::load(path).map_err(|e| ExperimentError::Words(e.to_string()))?;
     let found = [image.width() as u32, image.height() as u32];
     if found != size {
         let words = format!("{} is {} x {}, and the render {} x {}", path.display(), found[0], found[1], size[0], size[1]);
-        return Err(CompareError::Words(words + "\n  help: --width and --height set the size of the render"));
+        return Err(ExperimentError::Words(words + "\n  help: --width and --height set the size of the render"));
     }
     let linear = image.to_linear().to_rgb();
     Ok(linear.pixels().map(|p| [p[0], p[1], p[2]].map(|x| if x.is_finite() { x } else { 0.0 })).collect())
@@ -346,7 +328,7 @@ fn slope(points: &[Point]) -> Option<f64> {
 /// A picture with the layers `error` (the standard error of the replicates' mean) and `difference` (that mean less the reference).
 fn layered(size: [u32; 2], pixels: &[[f32; 3]], variance: &[[f64; 3]], difference: &[[f32; 3]]) -> Compared<Picture> {
     let [w, h] = size.map(|n| n as usize);
-    let image = |data: Vec<f32>| Image::rgb(w, h, data).map_err(|e| CompareError::Words(e.to_string()));
+    let image = |data: Vec<f32>| Image::rgb(w, h, data).map_err(|e| ExperimentError::Words(e.to_string()));
     let error = image(variance.iter().flatten().map(|v| v.max(0.0).sqrt() as f32).collect())?;
     let layers = vec![
         Layer { name: "error".to_owned(), image: error },
