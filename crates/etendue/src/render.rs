@@ -2,20 +2,22 @@
 
 use crate::choice::{Choice, choose};
 use crate::digest::Digest;
+use crate::guard::guarded;
+pub use crate::guard::panic_words;
 use crate::load::Loaded;
 use crate::memory::{self, Need};
+pub use crate::picture::{filter_words, software};
+use crate::picture::{mean, picture, words};
 use crate::stats::Stats;
 use crate::{layers, pool};
 use etendue_film::{Film, FilmShape, NoiseEstimate, NonFinite};
-use etendue_image::{Image, Layer, Picture};
+use etendue_image::Picture;
 use etendue_numerics::SequenceKind;
-use etendue_numerics::kernel::Kernel;
 use etendue_scene::View;
 use etendue_solvers::aov::Quantity;
 use etendue_solvers::{Balance, CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
 use std::fmt;
 use std::ops::RangeInclusive;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -240,18 +242,6 @@ fn rules(loaded: &Loaded, options: &RenderOptions) -> PathRules {
     }
 }
 
-/// Runs `f`; a panic in it, on whatever thread of the pool, becomes its words.
-fn guarded<T>(f: impl FnOnce() -> T) -> Result<T, String> {
-    // What a panic leaves behind is looked at through the film alone, whose sums are whole at any time.
-    catch_unwind(AssertUnwindSafe(f)).map_err(|payload| panic_words(&*payload))
-}
-
-/// What a panic says.
-pub fn panic_words(payload: &(dyn std::any::Any + Send)) -> String {
-    let text = payload.downcast_ref::<String>().map(String::as_str).or_else(|| payload.downcast_ref::<&str>().copied());
-    text.unwrap_or("a panic without words").to_owned()
-}
-
 fn why_black(loaded: &Loaded, rules: &PathRules) -> Vec<String> {
     let mut reasons = loaded.scene.diagnose();
     if reasons.is_empty() && (rules.min_edges > 1 || rules.max_edges < u32::MAX) {
@@ -262,64 +252,6 @@ fn why_black(loaded: &Loaded, rules: &PathRules) -> Vec<String> {
         ));
     }
     reasons
-}
-
-/// The words for a picture's header: all that decides its pixels, and nothing that does not, so that equal renders are equal files.
-fn words(loaded: &Loaded, solver: &str, passes: u32, run: &Run<'_>, view: &View) -> Vec<(String, String)> {
-    let most = |n: u32| if n == u32::MAX { "unbounded".to_owned() } else { n.to_string() };
-    let mut words = vec![
-        ("software", software()),
-        ("scene", loaded.name.clone()),
-        ("solver", solver.to_owned()),
-        ("samples-per-pixel", passes.to_string()),
-        ("seed", run.seed.to_string()),
-        ("sampler", format!("{:?}", run.sequence).to_lowercase()),
-        ("filter", filter_words(&view.film.filter)),
-        ("max-depth", most(run.rules.max_edges)),
-    ];
-    if run.rules.min_edges > 1 {
-        words.push(("min-depth", run.rules.min_edges.to_string()));
-    }
-    if view.film.crop_size != view.film.size {
-        let ([w, h], [x, y]) = (view.film.size, view.film.crop_offset);
-        words.push(("crop", format!("from ({x}, {y}) of {w} x {h}")));
-    }
-    words.into_iter().map(|(name, word)| (name.to_owned(), word)).collect()
-}
-
-/// A reconstruction filter and its parameter in words.
-pub fn filter_words(kernel: &Kernel) -> String {
-    match kernel {
-        Kernel::Box { radius } => format!("box, radius {radius}"),
-        Kernel::Tent { radius } => format!("tent, radius {radius}"),
-        Kernel::Gaussian { stddev } => format!("gaussian, stddev {stddev}"),
-        Kernel::Mitchell { b, c } => format!("mitchell, B {b}, C {c}"),
-        Kernel::CatmullRom => "catmullrom".to_owned(),
-        Kernel::Lanczos { lobes } => format!("lanczos, {lobes} lobes"),
-    }
-}
-
-/// Three channels, or luminance alone.
-fn picture(
-    pixels: Vec<[f32; 3]>,
-    channels: u32,
-    size: [u32; 2],
-    layers: Vec<Layer>,
-    attributes: Vec<(String, String)>,
-) -> Result<Picture, RenderError> {
-    let [width, height] = size.map(|n| n as usize);
-    let image = if channels == 1 {
-        let y = pixels.iter().map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b).collect();
-        Image::from_data(width, height, &["Y"], y)
-    } else {
-        Image::rgb(width, height, pixels.into_flattened())
-    };
-    Ok(Picture { image: image.map_err(|e| RenderError(e.to_string()))?, layers, attributes })
-}
-
-fn mean(pixels: &[[f32; 3]]) -> [f64; 3] {
-    let n = pixels.len().max(1) as f64;
-    std::array::from_fn(|c| pixels.iter().map(|p| f64::from(p[c])).sum::<f64>() / n)
 }
 
 /// All that decides the bits besides solver, seed and sample count, which a checkpoint tells in words.
@@ -337,37 +269,5 @@ fn stopped_word(stopped: Stopped) -> &'static str {
         Stopped::Noise => "noise",
         Stopped::Limit => "limit",
         Stopped::Cancelled => "cancelled",
-    }
-}
-
-/// Name and version, as pictures and reports carry them.
-pub fn software() -> String {
-    concat!("etendue ", env!("CARGO_PKG_VERSION")).to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use rayon::prelude::*;
-
-    /// A panic on a thread of the pool comes back as its words, and what other tiles added stays on the film.
-    #[test]
-    fn a_panic_does_not_take_the_film_with_it() {
-        let pool = pool::pool(Some(2)).expect("two threads");
-        let film = Film::new(FilmShape { size: [8, 8], kernel: Kernel::Box { radius: 0.5 } });
-        let words = guarded(|| {
-            pool.install(|| {
-                (0..8u32).into_par_iter().for_each(|y| {
-                    assert!(y != 5, "row {y} is bad");
-                    let mut tile = film.tile();
-                    tile.begin([0, y], [8, y + 1]);
-                    tile.add(etendue_numerics::Vec2::new(0.5, y as f32 + 0.5), etendue_numerics::Spectrum::ONE, 0);
-                    film.add_tile(&tile);
-                });
-            });
-        });
-        assert_eq!(words, Err("row 5 is bad".to_owned()));
-        let column: Vec<f32> = film.develop().chunks(8).map(|row| row[0][0]).collect();
-        assert!(column[5] == 0.0 && column.contains(&1.0), "{column:?}");
     }
 }

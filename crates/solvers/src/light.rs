@@ -8,18 +8,20 @@
 //! goes on: the lens casts no shadow. Particles pass in proportion to |cosθ| dA dw, so that factor of the measurement needs no density. A pinhole
 //! is never hit, nor the single direction of an orthographic camera: both are refused.
 
-use crate::drivers::{Balance, Books, ParticleSolver, Work, particles};
-use crate::run::Run;
-use crate::solver::{Needs, Solver};
+use crate::drivers::ParticleSolver;
+use crate::solver::Needs;
 use crate::transport::{LightContext, Particle, Tally, Vertex, through_lens};
 use etendue_numerics::Sampler;
-use etendue_scene::Scene;
 
 /// The solver `light`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Light;
 
 impl ParticleSolver for Light {
+    fn needs(&self) -> Needs {
+        Needs { finite_lens: true, ..Needs::default() }
+    }
+
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
         tally.surroundings(c, u);
         let Some((mut particle, _)) = Particle::emit(c.path.scene, u) else { return };
@@ -42,26 +44,4 @@ impl ParticleSolver for Light {
     }
 }
 
-impl Solver for Light {
-    type State = Books;
-
-    fn needs(&self) -> Needs {
-        Needs { finite_lens: true, ..Needs::default() }
-    }
-
-    fn units(&self, size: [u32; 2]) -> usize {
-        particles::units(size)
-    }
-
-    fn prepare(&self, _: &Scene, _: &Run<'_>) -> Books {
-        Books::default()
-    }
-
-    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) {
-        particles::pass(self, scene, run, books, k, work);
-    }
-
-    fn books(&self, books: &Books) -> Option<Balance> {
-        Some(books.balance())
-    }
-}
+crate::solve_by_particles!(Light);

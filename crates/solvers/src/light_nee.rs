@@ -7,18 +7,20 @@
 //! The dual of `path-nee`: the emitting point is connected, too, for emitters that the eye sees. Caustics are its strength. What a mirror or smooth
 //! glass shows the eye no connection can find, so scenes with such surfaces in view are refused.
 
-use crate::drivers::{Balance, Books, ParticleSolver, Work, particles};
-use crate::run::Run;
-use crate::solver::{Needs, Solver};
+use crate::drivers::ParticleSolver;
+use crate::solver::Needs;
 use crate::transport::{LightContext, Particle, Tally, Vertex, emitter_to_sensor, to_sensor};
 use etendue_numerics::Sampler;
-use etendue_scene::Scene;
 
 /// The solver `light-nee`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LightNee;
 
 impl ParticleSolver for LightNee {
+    fn needs(&self) -> Needs {
+        Needs { no_mirrors_in_view: true, ..Needs::default() }
+    }
+
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
         tally.surroundings(c, u);
         let Some((mut particle, light)) = Particle::emit(c.path.scene, u) else { return };
@@ -44,26 +46,4 @@ impl ParticleSolver for LightNee {
     }
 }
 
-impl Solver for LightNee {
-    type State = Books;
-
-    fn needs(&self) -> Needs {
-        Needs { no_mirrors_in_view: true, ..Needs::default() }
-    }
-
-    fn units(&self, size: [u32; 2]) -> usize {
-        particles::units(size)
-    }
-
-    fn prepare(&self, _: &Scene, _: &Run<'_>) -> Books {
-        Books::default()
-    }
-
-    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) {
-        particles::pass(self, scene, run, books, k, work);
-    }
-
-    fn books(&self, books: &Books) -> Option<Balance> {
-        Some(books.balance())
-    }
-}
+crate::solve_by_particles!(LightNee);

@@ -13,7 +13,9 @@
 //! ```
 
 mod maps;
+mod measure;
 mod page;
+mod pictures;
 mod plot;
 mod run;
 

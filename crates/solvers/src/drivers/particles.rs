@@ -12,6 +12,7 @@ use super::Work;
 use super::books::Books;
 use super::pixels::SamplePlan;
 use crate::run::Run;
+use crate::solver::Needs;
 use crate::transport::{Context, LightContext, Tally};
 use etendue_numerics::{Sampler, SequenceKind};
 use etendue_scene::Scene;
@@ -24,6 +25,11 @@ const CHUNK: u64 = 1024;
 
 /// A solver that follows particles.
 pub trait ParticleSolver: Sync {
+    /// What a scene must have.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
     /// Follows one particle and adds to `tally` what reaches the sensor.
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally);
 
@@ -31,6 +37,43 @@ pub trait ParticleSolver: Sync {
     fn reach(&self, max_edges: u32) -> u32 {
         max_edges
     }
+}
+
+/// Makes a [`ParticleSolver`] a [`crate::Solver`]. (An implementation for all of them would overlap that for all [`super::PixelSolver`]s.)
+#[macro_export]
+macro_rules! solve_by_particles {
+    ($solver:ty) => {
+        impl $crate::Solver for $solver {
+            type State = $crate::drivers::Books;
+
+            fn needs(&self) -> $crate::solver::Needs {
+                $crate::drivers::ParticleSolver::needs(self)
+            }
+
+            fn units(&self, size: [u32; 2]) -> usize {
+                $crate::drivers::particles::units(size)
+            }
+
+            fn prepare(&self, _: &etendue_scene::Scene, _: &$crate::Run<'_>) -> Self::State {
+                Self::State::default()
+            }
+
+            fn pass(
+                &self,
+                scene: &etendue_scene::Scene,
+                run: &$crate::Run<'_>,
+                books: &mut Self::State,
+                k: u32,
+                work: &$crate::Work<'_>,
+            ) {
+                $crate::drivers::particles::pass(self, scene, run, books, k, work);
+            }
+
+            fn books(&self, books: &Self::State) -> Option<$crate::Balance> {
+                Some(books.balance())
+            }
+        }
+    };
 }
 
 /// Units of a pass.
