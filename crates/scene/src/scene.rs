@@ -10,6 +10,7 @@ use crate::texture::{Texture, TextureContext};
 use etendue_accel::{Accel, Hit};
 use etendue_bsdf::{Bsdf, Scatter};
 use etendue_numerics::{Bounds3, Ray, Spectrum, Transform, Vec2, Vec3, Wavelengths};
+use std::sync::Arc;
 
 /// A compiled scene: immutable, flat, shared by all threads.
 #[derive(Debug)]
@@ -20,6 +21,8 @@ pub struct Scene {
     pub surfaces: Surfaces,
     /// Local-to-world maps of the instances; a hit's `instance` is an index here.
     pub instances: Vec<Transform>,
+    /// The surfaces that each instance shows.
+    pub instance_surfaces: Vec<Arc<[SurfaceId]>>,
     /// Scattering.
     pub materials: Vec<Material>,
     /// Textures.

@@ -122,11 +122,13 @@ impl<'a> Compiler<'a> {
         };
         let triangles = self.surfaces.iter().filter_map(|(_, s)| s.shape.mesh()).map(|m| m.indices.len() as u64).sum();
         let has_transparent = self.surfaces.iter().any(|(_, s)| self.materials[s.material.index()].may_be_transparent());
+        let groups: Vec<Arc<[SurfaceId]>> = self.shapes.groups.iter().map(|g| g.surfaces.as_slice().into()).collect();
         let mut scene = Scene {
             bounds: accel.bounds(),
             accel,
             surfaces: self.surfaces,
             instances: self.shapes.instances.iter().map(|i| i.to_world).collect(),
+            instance_surfaces: self.shapes.instances.iter().map(|i| groups[i.group].clone()).collect(),
             materials: self.materials,
             textures: self.textures,
             emitters: self.emitters,

@@ -40,6 +40,16 @@ impl Cylinder {
         (cylinder.area.is_finite() && cylinder.area > 0.0).then_some(cylinder)
     }
 
+    /// Object coordinates to world.
+    pub fn to_world(&self) -> DAffine3 {
+        self.to_world
+    }
+
+    /// +1 where normals point away from the axis, -1 where towards it.
+    pub fn outward(&self) -> f64 {
+        self.outward
+    }
+
     /// |∂p/∂φ × ∂p/∂z| at the direction `c` of the cross section, m² per radian.
     fn stretch(&self, c: DVec2) -> f64 {
         let around = self.to_world.transform_vector3(c.perp().extend(0.0));

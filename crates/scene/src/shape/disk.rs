@@ -36,6 +36,16 @@ impl Disk {
         sane.then(|| Self { to_world, to_object, n: if flip_normals { -n } else { n }.as_vec3(), area })
     }
 
+    /// Object coordinates to world.
+    pub fn to_world(&self) -> DAffine3 {
+        self.to_world
+    }
+
+    /// The unit normal: the disk's front.
+    pub fn normal(&self) -> Vec3 {
+        self.n
+    }
+
     fn point(&self, local: DVec2) -> SurfacePoint {
         let p = self.to_world.transform_point3(local.extend(0.0)).as_vec3();
         let phi = atan2(local.y as f32, local.x as f32);

@@ -14,7 +14,7 @@ use etendue_accel::{CustomHit, Hit};
 use etendue_numerics::math::{PI, TAU, atan2, gamma, sin_cos};
 use etendue_numerics::warp::square_to_sphere;
 use etendue_numerics::{Bounds3, Frame, Ray, Vec2, Vec3};
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// A full sphere.
 #[derive(Clone, Debug)]
@@ -39,6 +39,16 @@ impl Sphere {
         }
         let outward = if flip_normals == (to_world.determinant() < 0.0) { 1.0 } else { -1.0 };
         Some(Self { center, radius, to_world, to_object: inverse, outward })
+    }
+
+    /// Turns and scales the unit sphere about the origin, and moves it into its place.
+    pub fn to_world(&self) -> DAffine3 {
+        DAffine3 { matrix3: self.to_world, translation: self.center }
+    }
+
+    /// +1 where normals point outwards, -1 where inwards.
+    pub fn outward(&self) -> f64 {
+        self.outward.into()
     }
 
     /// Radius in m.
