@@ -15,6 +15,7 @@
 //! | [`light`] | particles from the lights that happen to pass the lens: the dual of [`path`] |
 //! | [`light_nee`] | particles connected to the lens at every surface: the dual of [`path_nee`] |
 //! | [`bidirectional`] | a walk from either end, connected in all ways, weighted by multiple importance sampling |
+//! | [`metropolis`] | chains of such paths, each a small change of the last, that go where the light is |
 //! | [`oracle`] | the textbook's recursion, word for word: slow, and the judge of the others |
 //! | [`oracle_light`] | the textbook's particle shooting, word for word: the judge of the light tracers |
 //!
@@ -28,6 +29,7 @@ pub mod distribution;
 pub mod drivers;
 pub mod light;
 pub mod light_nee;
+pub mod metropolis;
 pub mod oracle;
 pub mod oracle_light;
 pub mod parameters;

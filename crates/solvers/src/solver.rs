@@ -6,6 +6,7 @@ use crate::distribution::Distribution;
 use crate::drivers::{Balance, Work};
 use crate::light::Light;
 use crate::light_nee::LightNee;
+use crate::metropolis::Metropolis;
 use crate::parameters::{self, Parameter, ParameterError, ParameterInfo};
 use crate::path::Path;
 use crate::path_mis::PathMis;
@@ -204,4 +205,6 @@ solvers! {
     Distribution => "distribution", |_: &Integrator| Distribution::default(), Distribution::PARAMETERS;
     /// Walks from the eye and from the lights, connected in all ways.
     Bidirectional => "bidirectional", |_: &Integrator| Bidirectional::default(), Bidirectional::PARAMETERS;
+    /// Chains of such walks, each a small change of the last, that go where the light is.
+    Metropolis => "metropolis", |_: &Integrator| Metropolis::default(), Metropolis::PARAMETERS;
 }

@@ -16,7 +16,7 @@ use super::path_vertex::{PathVertex, Sides};
 use super::walk::Walk;
 use super::weights::power;
 use crate::transport::{Context, Heuristic, LightContext, SensorQuery, ShadowQuery, arrives, arrives_at_sensor, light_slot, slot};
-use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_numerics::{Dim, Numbers, Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::interaction::SHADOW_EPSILON;
 use etendue_scene::sensor::SensorSample;
 use etendue_scene::{Interaction, LightSample, Sensor, View};
@@ -135,7 +135,7 @@ impl<'a> Strategies<'a> {
 
     /// s = 1: a light sample at y; `found` is told.
     #[inline]
-    pub fn next_event(&self, y: &PathVertex, u: &Sampler, rays: &mut u64, found: &mut impl FnMut(&Found<'_>)) {
+    pub fn next_event(&self, y: &PathVertex, u: &impl Numbers, rays: &mut u64, found: &mut impl FnMut(&Found<'_>)) {
         let (scene, x, edges) = (self.c.scene, &y.vertex.x, y.edges + 1);
         if !self.may_count(edges) {
             return;
@@ -214,7 +214,7 @@ impl<'a> Strategies<'a> {
 
     /// t = 1: z looks at the lens.
     #[inline]
-    pub fn lens<'v>(&self, z: &'v PathVertex, u: &Sampler, rays: &mut u64) -> Option<Found<'v>> {
+    pub fn lens<'v>(&self, z: &'v PathVertex, u: &impl Numbers, rays: &mut u64) -> Option<Found<'v>> {
         let edges = z.edges + 1;
         if !self.may_count(edges) {
             return None;
@@ -234,7 +234,7 @@ impl<'a> Strategies<'a> {
     }
 
     /// s = 1, t = 1: the emitting point itself looks at the lens. Points and single directions are not seen; the surroundings are by s = 0 alone.
-    pub fn emitter<'v>(&self, path: &'v LightPath, u: &Sampler, rays: &mut u64) -> Option<Found<'v>> {
+    pub fn emitter<'v>(&self, path: &'v LightPath, u: &impl Numbers, rays: &mut u64) -> Option<Found<'v>> {
         let origin = path.origin.as_ref()?;
         let Place::Surface(x, false) = &origin.place else { return None };
         if !self.may_count(1) {
@@ -262,7 +262,7 @@ impl<'a> Strategies<'a> {
 
     /// The lens as `p` sees it, where that falls within the crop.
     #[inline]
-    fn seen(&self, p: Vec3, address: u32, u: &Sampler) -> Option<SensorSample> {
+    fn seen(&self, p: Vec3, address: u32, u: &impl Numbers) -> Option<SensorSample> {
         // Only a lens of some size has a choice.
         let has_size = matches!(self.view.sensor, Sensor::ThinLens(_));
         let lens = if has_size { u.u2(Dim::at(address, light_slot::LENS)) } else { Vec2::ZERO };

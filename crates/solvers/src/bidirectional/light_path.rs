@@ -4,7 +4,7 @@ use super::path_vertex::{PathVertex, Sides};
 use super::walk::{End, Walk};
 use super::weights::{Trail, power};
 use crate::transport::{Context, Heuristic, PathState, light_slot};
-use etendue_numerics::{Dim, Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_numerics::{Dim, Frame, Numbers, Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::emitter::{EmissionPdf, EmissionSample, Model};
 use etendue_scene::{EmitterId, Interaction, LightReference, NO_INSTANCE, Scene};
 
@@ -40,7 +40,7 @@ pub enum Place {
 
 impl Origin {
     /// Light that sets out, chosen with probability ∝ Φ. `None` where it is none.
-    pub fn sample(scene: &Scene, u: &Sampler, wl: &Wavelengths) -> Option<Self> {
+    pub fn sample(scene: &Scene, u: &impl Numbers, wl: &Wavelengths) -> Option<Self> {
         let at = |slot| u.u2(Dim::at(0, slot));
         let u_light = u.u1(Dim::at(0, light_slot::LIGHT));
         let s = scene.lights.sample_emission(scene, u_light, at(light_slot::POSITION), at(light_slot::DIRECTION), wl)?;
@@ -141,7 +141,20 @@ pub struct LightPath {
 
 impl LightPath {
     /// Walks from a light until it ends; paths of more than `max_edges` edges, one of them to the lens, are of no use.
-    pub fn trace(&mut self, c: &Context<'_>, sides: &Sides<'_>, heuristic: Heuristic, u: &Sampler, rays: &mut u64) {
+    pub fn trace(&mut self, c: &Context<'_>, sides: &Sides<'_>, heuristic: Heuristic, u: &impl Numbers, rays: &mut u64) {
+        self.trace_up_to(u32::MAX, c, sides, heuristic, u, rays);
+    }
+
+    /// The same of at most so many vertices, z_0 and all those of the last one's number included.
+    pub fn trace_up_to(
+        &mut self,
+        count: u32,
+        c: &Context<'_>,
+        sides: &Sides<'_>,
+        heuristic: Heuristic,
+        u: &impl Numbers,
+        rays: &mut u64,
+    ) {
         self.vertices.clear();
         let wl = Wavelengths::Rgb;
         self.origin = Origin::sample(c.scene, u, &wl);
@@ -149,7 +162,7 @@ impl LightPath {
         let state = PathState { pdf: Pdf::Delta(1.0), ..PathState::start(origin.ray, Spectrum::ONE, wl) };
         let mut walk =
             Walk { c, sides, heuristic, end: End::Light, state, start: origin.flux, trail: origin.trail(), parent: None, count: 1 };
-        while walk.state.edges < c.rules.max_edges {
+        while walk.state.edges < c.rules.max_edges && walk.count < count {
             let Some(x) = walk.meet(rays) else { return };
             let place = self.vertices.len();
             self.vertices.push(walk.vertex(x));
@@ -159,7 +172,8 @@ impl LightPath {
                 let pdf = origin.next_event_density(c.scene, &v.vertex.light_reference());
                 v.link.connect = power(heuristic, pdf, origin.density);
             }
-            if !walk.turn(v, place as u32, u) {
+            let is_last = walk.count + 1 == count && !v.may_be_passed();
+            if is_last || !walk.turn(v, place as u32, u) {
                 return;
             }
         }

@@ -14,6 +14,7 @@
 //! | C_{s,t} | [`connect`] |
 //! | w_{s,t}, in O(1) | [`weights`] |
 //! | w_{s,t} from its definition | [`literal`] |
+//! | one strategy alone | [`one`] |
 //! | each strategy's picture | [`strategies`] |
 //!
 //! One pass is an eye path and a light path for each pixel. Strategies with t ≥ 2 count for the pixel, those with t = 1 are splat where they fall. A lens is
@@ -27,6 +28,7 @@ pub mod connect;
 pub mod eye;
 pub mod light_path;
 pub mod literal;
+pub mod one;
 pub mod path_vertex;
 pub mod strategies;
 pub mod walk;
@@ -43,7 +45,7 @@ use crate::run::Run;
 use crate::solver::{Needs, Solver};
 use crate::transport::{Context, Heuristic, PathState, Throughput};
 use etendue_film::{Splat, Tile};
-use etendue_numerics::{Sampler, Spectrum, Vec2};
+use etendue_numerics::{Numbers, Spectrum, Vec2};
 use etendue_scene::Scene;
 use eye::Eye;
 use path_vertex::Sides;
@@ -93,11 +95,26 @@ impl Bidirectional {
 }
 
 impl Strategies<'_> {
+    /// A walk about to leave the eye.
+    fn walk_from(&self, eye: PathState) -> Walk<'_> {
+        Walk {
+            c: &self.c,
+            sides: &self.sides,
+            heuristic: self.heuristic,
+            end: End::Eye,
+            trail: self.eye.trail(&eye.ray, self.heuristic),
+            start: eye.beta.carry(Spectrum::ONE),
+            state: PathState { beta: Throughput::ONE, ..eye },
+            parent: None,
+            count: 1,
+        }
+    }
+
     /// One path from each end, connected in all ways; `found` is told each path that carries light, with the walks so far.
     pub fn sample(
         &self,
         eye: PathState,
-        u: &Sampler,
+        u: &impl Numbers,
         paths: &mut Paths,
         found: &mut impl FnMut(&Found<'_>, &LightPath, &[PathVertex]),
     ) {
@@ -115,18 +132,7 @@ impl Strategies<'_> {
             }
         }
 
-        let start = eye.beta.carry(Spectrum::ONE);
-        let mut walk = Walk {
-            c: &self.c,
-            sides: &self.sides,
-            heuristic: self.heuristic,
-            end: End::Eye,
-            trail: self.eye.trail(&eye.ray, self.heuristic),
-            state: PathState { beta: Throughput::ONE, ..eye },
-            start,
-            parent: None,
-            count: 1,
-        };
+        let mut walk = self.walk_from(eye);
         loop {
             // s = 0.
             let Some(x) = walk.meet(rays) else {

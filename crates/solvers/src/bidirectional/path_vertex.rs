@@ -35,6 +35,14 @@ pub struct PathVertex {
     pub link: Link,
 }
 
+impl PathVertex {
+    /// Whether a walk may go straight on, as if there were nothing: the next vertex then has the same number.
+    #[inline]
+    pub fn may_be_passed(&self) -> bool {
+        self.vertex.bsdf.events().has_null()
+    }
+}
+
 /// Scattering between the walk and a direction that it did not choose.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {

@@ -3,7 +3,7 @@
 use super::path_vertex::{PathVertex, Sides};
 use super::weights::Trail;
 use crate::transport::{Context, Heuristic, PathState, Vertex, VertexSample, light_slot, slot};
-use etendue_numerics::{Ray, Sampler, Spectrum};
+use etendue_numerics::{Numbers, Ray, Spectrum};
 use etendue_scene::Interaction;
 
 /// Which end a walk comes from.
@@ -70,7 +70,7 @@ impl Walk<'_> {
 
     /// Turns into a direction sampled at `v`, which is stored at `place`; `false` where the walk ends.
     #[inline]
-    pub fn turn(&mut self, v: &mut PathVertex, place: u32, u: &Sampler) -> bool {
+    pub fn turn(&mut self, v: &mut PathVertex, place: u32, u: &impl Numbers) -> bool {
         let (lobe, point) = match self.end {
             End::Eye => (slot::LOBE, slot::BSDF),
             End::Light => (light_slot::LOBE, light_slot::BSDF),

@@ -3,12 +3,13 @@
 use super::Work;
 use crate::run::{Run, Stop};
 use crate::solver::{Estimates, Needs, Solver};
-use crate::transport::{Context, PathSolver, PathState, slot, trace};
+use crate::transport::{Context, PathRules, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
-use etendue_numerics::{Dim, Ray, Sampler, Spectrum, Vec2, Wavelengths};
+use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::{FilmSettings, Scene, SurfaceId};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
@@ -85,17 +86,29 @@ impl Tiling {
 
 /// Pass k: sample k of every pixel. In noise mode passes belong to replicates in turn, each with a scramble of its own.
 pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, work: &Work<'_>) {
-    let context = Context { scene, rules: run.rules };
-    let plan = SamplePlan::new(run, k);
+    pass_over(solver, scene, run, run.rules, &SamplePlan::new(run, k), 0..work.units.len(), work);
+}
+
+/// The same for a solver of which this is only a part: `rules` say which paths count here, `units` are the tiles among its units.
+pub(crate) fn pass_over(
+    solver: &impl PixelSolver,
+    scene: &Scene,
+    run: &Run<'_>,
+    rules: PathRules,
+    plan: &SamplePlan,
+    units: Range<usize>,
+    work: &Work<'_>,
+) {
+    let context = Context { scene, rules };
     let tiling = Tiling::new(work.film.shape().size);
-    (0..work.units.len()).into_par_iter().for_each_init(
+    units.into_par_iter().for_each_init(
         || work.film.tile(),
         |tile, index| {
             if work.units.is_done(index) || (work.stop_now)() {
                 return;
             }
             let (low, high) = tiling.rectangle(index);
-            let rays = fill(solver, &context, run, &plan, tile, low, high, work);
+            let rays = fill(solver, &context, run, plan, tile, low, high, work);
             work.film.add_tile(tile);
             work.units.done(index);
             work.progress.tiles.fetch_add(1, Ordering::Relaxed);
@@ -180,9 +193,15 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
     let position = (Vec2::new(x as f32, y as f32) + within).min(Vec2::new(below(x), below(y)));
     // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
     let on_film = Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within;
-    let ray = c.scene.views[run.view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
+    (position, eye_walk(c, run.view, on_film, u))
+}
+
+/// A walk about to leave the eye through a place of the full film, in pixels.
+#[inline]
+pub(crate) fn eye_walk(c: &Context<'_>, view: usize, on_film: Vec2, u: &impl Numbers) -> PathState {
+    let ray = c.scene.views[view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
-    (position, PathState::start(seen, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb))
+    PathState::start(seen, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb)
 }
 
 /// What is left of a camera ray behind the emitting surfaces that it meets first: hidden emitters do not stand in the eye's way.

@@ -14,6 +14,10 @@ pub mod slot {
     pub const LENS: u32 = 1;
     /// At vertex 0: time.
     pub const TIME: u32 = 2;
+    /// At vertex 0: how many edges (x), and which strategy of them (y), where these are chosen.
+    pub const STRATEGY: u32 = 3;
+    /// At vertex 0: whether to jump (x), and whether the jump is taken (y), where walks are mutations of others.
+    pub const JUMP: u32 = 4;
     /// Direction within a lobe.
     pub const BSDF: u32 = 0;
     /// Which lobe (x) and roulette (y).
