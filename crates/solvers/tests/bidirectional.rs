@@ -5,12 +5,13 @@
 mod common;
 
 use common::checks::{agreement, furnace, furnace_scene, round_furnace_scene};
+use common::worlds::*;
 use common::*;
 use etendue_numerics::{Dim, Sampler, SequenceKind, Spectrum, Vec2, Wavelengths};
 use etendue_scene::Scene;
 use etendue_solvers::bidirectional::literal::Whole;
 use etendue_solvers::bidirectional::strategies::{self, StrategyPicture};
-use etendue_solvers::bidirectional::{Bidirectional, Paths};
+use etendue_solvers::bidirectional::{Bidirectional, Found, Paths};
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::solver::Needs;
 use etendue_solvers::transport::PathState;
@@ -20,8 +21,6 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
 const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1 }, Bidirectional { exponent: 2 }];
-const SIZE: [u32; 2] = [8, 8];
-
 #[test]
 fn furnaces() {
     let mut family = Family::default();
@@ -33,27 +32,6 @@ fn furnaces() {
         }
     }
     family.must_hold();
-}
-
-fn eye() -> String {
-    camera("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, SIZE)
-}
-
-/// A box with coloured walls, and what stands in it.
-fn room(camera: &str, walls: &str, inside: &str) -> Scene {
-    scene(&format!(r#"{camera}<shape type="cube"><boolean name="flip_normals" value="true"/>{walls}</shape>{inside}"#))
-}
-
-const WALLS: &str = r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.7, 0.5, 0.3"/></bsdf>"#;
-
-/// A lamp under the ceiling.
-fn lamp() -> String {
-    format!(
-        r#"<shape type="rectangle">
-            <transform name="to_world"><rotate x="1" angle="90"/><scale x="0.7" z="0.7"/><translate y="0.95"/></transform>
-            {}<emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>"#,
-        diffuse(0.2)
-    )
 }
 
 /// Claims that it agrees with path-mis.
@@ -147,108 +125,6 @@ fn the_weighted_pictures_sum_to_the_picture() {
     }
 }
 
-const GLASS: &str = r#"<shape type="sphere"><point name="center" x="0.2" y="-0.4" z="0.2"/><float name="radius" value="0.45"/>
-    <bsdf type="dielectric"/></shape>"#;
-const ROUGH_GLASS: &str = r#"<shape type="sphere"><point name="center" x="0.2" y="-0.4" z="0.2"/><float name="radius" value="0.45"/>
-    <bsdf type="roughdielectric"><float name="alpha" value="0.4"/></bsdf></shape>"#;
-const POINT: &str =
-    r#"<emitter type="point"><point name="position" x="0.3" y="0.5" z="0"/><rgb name="intensity" value="1, 2, 3"/></emitter>"#;
-const SPOT: &str = r#"<emitter type="spot"><transform name="to_world"><lookat origin="0, 0.8, 0" target="0.2, -1, 0.3" up="1, 0, 0"/></transform>
-    <rgb name="intensity" value="4, 3, 2"/><float name="cutoff_angle" value="35"/></emitter>"#;
-const SUN: &str = r#"<emitter type="directional"><vector name="direction" x="0.3" y="-1" z="0.4"/><rgb name="irradiance" value="2, 2, 1"/></emitter>"#;
-const SKY: &str = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.7, 1"/></emitter>"#;
-const MASK: &str = r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><scale x="0.8" z="0.8"/><translate y="0.3"/></transform>
-    <bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></bsdf></shape>"#;
-
-/// A floor with a wall, open to the sky.
-fn yard(camera: &str, inside: &str) -> Scene {
-    scene(&format!(
-        r#"{camera}<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="2"/><translate y="-1"/></transform>
-            {WALLS}</shape>
-        <shape type="rectangle"><transform name="to_world"><rotate y="1" angle="180"/><scale value="2"/><translate z="1.2"/></transform>{}</shape>
-        {inside}"#,
-        diffuse(0.5)
-    ))
-}
-
-fn lens() -> String {
-    camera("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, SIZE).replace(
-        r#"type="perspective">"#,
-        r#"type="thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="1"/>"#,
-    )
-}
-
-fn crop() -> String {
-    let film = r#"<rfilter type="box"/><integer name="crop_offset_x" value="3"/><integer name="crop_offset_y" value="8"/>
-        <integer name="crop_width" value="8"/><integer name="crop_height" value="4"/>"#;
-    camera_with("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, [16, 16], film)
-}
-
-const ROUGH_METAL: &str = r#"<bsdf type="roughconductor"><float name="alpha" value="0.4"/></bsdf>"#;
-const PROJECTOR: &str = r#"<emitter type="projector"><transform name="to_world"><lookat origin="0, 0.9, 0" target="0.1, -1, 0.4" up="1, 0, 0"/></transform>
-    <float name="fov" value="50"/><float name="scale" value="2"/></emitter>"#;
-
-fn parallel() -> String {
-    r#"<sensor type="orthographic">
-        <transform name="to_world"><scale x="0.9" y="0.9"/><lookat origin="0, 0, -0.95" target="0, -0.2, 1" up="0, 1, 0"/></transform>
-        <film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/><rfilter type="box"/></film></sensor>"#
-        .to_owned()
-}
-
-/// Surroundings with a bright side.
-fn sky_picture() -> String {
-    let pixels: Vec<[f32; 3]> = (0..32).map(|i| [0.1 + 2.0 * f32::from(i % 8 == 3), 0.2 + f32::from(i % 5 == 1), 0.3]).collect();
-    format!(
-        r#"<emitter type="envmap"><string name="filename" value="{}"/></emitter>"#,
-        picture_file("bidirectional-sky", 8, &pixels)
-    )
-}
-
-/// A lamp of a mesh with vertex normals under a map that mirrors it.
-fn mirrored_lamp() -> String {
-    let quad = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0.3 0 1\nvn -0.3 0 1\nf 1//1 2//2 3//2\nf 1//1 3//2 4//1\n";
-    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("bidirectional-quad.obj");
-    std::fs::write(&path, quad).expect("the folder for temporary files");
-    format!(
-        r#"<shape type="obj"><string name="filename" value="{}"/>
-            <transform name="to_world"><scale x="-0.7" y="0.7"/><rotate x="1" angle="90"/><translate y="0.9"/></transform>
-            {}{}</shape>"#,
-        path.display(),
-        diffuse(0.5),
-        area("3, 4, 5")
-    )
-}
-
-/// Normals bent far off, by a picture.
-fn bumps(bsdf: &str) -> String {
-    let pixels: Vec<[f32; 3]> = (0..16)
-        .map(|i| [0.5 + 0.3 * ((i * 7 % 5) as f32 / 4.0 - 0.5), 0.5 + 0.3 * ((i * 3 % 4) as f32 / 3.0 - 0.5), 0.9])
-        .collect();
-    let file = picture_file("bidirectional-bumps", 4, &pixels);
-    format!(
-        r#"<bsdf type="normalmap"><texture type="bitmap" name="normalmap"><boolean name="raw" value="true"/>
-            <string name="filename" value="{file}"/></texture>
-            {bsdf}</bsdf>"#
-    )
-}
-
-fn all_scenes() -> Vec<(&'static str, Scene)> {
-    vec![
-        ("glass", room(&eye(), WALLS, &(lamp() + GLASS))),
-        ("rough glass", room(&eye(), WALLS, &(lamp() + ROUGH_GLASS))),
-        ("points", room(&eye(), WALLS, &format!("{POINT}{SPOT}{}", lamp()))),
-        ("distant", yard(&eye(), &format!("{SUN}{SKY}{ROUGH_GLASS}"))),
-        ("mask", room(&eye(), WALLS, &(lamp() + MASK))),
-        ("lens", room(&lens(), WALLS, &lamp())),
-        ("crop", room(&crop(), WALLS, &lamp())),
-        ("bumps", room(&eye(), &bumps(ROUGH_METAL), &lamp())),
-        ("plastic", room(&eye(), r#"<bsdf type="plastic"/>"#, &lamp())),
-        ("parallel", yard(&parallel(), &format!("{SUN}{PROJECTOR}"))),
-        ("picture sky", yard(&eye(), &format!("{}{SPOT}", sky_picture()))),
-        ("mirrored lamp", room(&eye(), WALLS, &mirrored_lamp())),
-    ]
-}
-
 /// The weights of random paths equal those from the definition, and so sum to one over the strategies that may find the same path.
 #[test]
 fn weights_are_those_of_the_definition() {
@@ -288,6 +164,43 @@ fn weights_are_those_of_the_definition() {
                 f64::from(far) <= 1e-2 * f64::from(count) && worst < 0.01 && never <= 2,
                 "{name}: {far} of {count} are off, {worst} at worst, {never} by all"
             );
+        }
+    }
+}
+
+/// A path that a strategy found, to the bit.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+struct Bits(u32, u32, [f32; 3], f32, Option<[f32; 2]>);
+
+/// One strategy at a time finds the same paths as all of them together, from the same numbers, to the bit: through masks, by all cameras and lights.
+#[test]
+fn one_by_one_is_all_at_once() {
+    for (name, scene) in all_scenes() {
+        for null_counts in [true, false] {
+            let (mut paths, mut count) = (Paths::default(), 0);
+            let rules = PathRules { max_edges: 5, rr_depth: u32::MAX, null_counts, ..PathRules::default() };
+            with_run(rules, 1, |run| {
+                let all = Bidirectional::default().strategies(&scene, run);
+                let film = &scene.views[0].film;
+                let [corner, size] = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
+                for i in 0..200 {
+                    let u = Sampler::new(SequenceKind::Sobol, 6, 0, i, 200);
+                    let ray = scene.views[0].sensor.sample_ray(corner + u.u2(Dim(0)) * size, u.u2(Dim(1)), 0.0).ray;
+                    let eye = || PathState::start(ray, Spectrum::ONE, Wavelengths::Rgb);
+                    let (mut together, mut alone) = (Vec::new(), Vec::new());
+                    let bits = |f: &Found<'_>| Bits(f.s, f.t, f.value.to_rgb(), f.weight, f.pixel.map(|p| p.to_array()));
+                    all.sample(eye(), &u, &mut paths, &mut |f, _, _| together.push(bits(f)));
+                    for (s, t) in (1..=5).flat_map(|n| (0..=n).map(move |s| (s, n + 1 - s))) {
+                        all.one((s, t), eye, &u, &mut paths, &mut |f| alone.push(bits(f)));
+                    }
+                    for found in [&mut together, &mut alone] {
+                        found.sort_by(|a, b| a.partial_cmp(b).expect("numbers"));
+                    }
+                    assert_eq!(together, alone, "{name}, sample {i}");
+                    count += alone.len();
+                }
+            });
+            assert!(count > 200, "{name}: {count} paths");
         }
     }
 }
@@ -382,14 +295,7 @@ fn stopped_and_resumed_is_undisturbed() {
 /// Vertices very close together: a furnace so flat that nearly every connection is short. Nothing is infinite, nothing is missing.
 #[test]
 fn very_close_vertices() {
-    let camera = camera("0, 0, 0", "1, 0.3, 0", "0, 0, 1", 60.0, [4, 4])
-        .replace(r#"<float name="fov""#, r#"<float name="near_clip" value="0.0001"/><float name="fov""#);
-    let scene = scene(&format!(
-        r#"{camera}<shape type="cube"><boolean name="flip_normals" value="true"/>
-            <transform name="to_world"><scale z="0.01"/></transform>{}{}</shape>"#,
-        diffuse(0.5),
-        area("1")
-    ));
+    let scene = flat_furnace();
     let mut family = Family::default();
     for solver in BOTH {
         furnace(&mut family, "flat", &solver, (&scene, 0.5), Some(4), 1024, 0.1);
@@ -400,11 +306,7 @@ fn very_close_vertices() {
 /// The edge of a spot's cone: light sampled from either end ends at the same place.
 #[test]
 fn the_edge_of_a_cone() {
-    let floor = r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="2"/></transform><bsdf type="diffuse"/></shape>"#;
-    let spot = r#"<emitter type="spot"><transform name="to_world"><lookat origin="0, 1, 0" target="0, 0, 0" up="1, 0, 0"/></transform>
-        <rgb name="intensity" value="3"/><float name="cutoff_angle" value="30"/><float name="beam_width" value="29.9"/></emitter>"#;
-    // The circle of radius tan 30° crosses the picture.
-    let scene = scene(&format!("{}{floor}{spot}", camera("0.577, 0.5, 0", "0.577, 0, 0", "0, 0, 1", 20.0, SIZE)));
+    let scene = cone();
     let mut family = Family::default();
     agrees(&mut family, "cone", &scene, PathRules { max_edges: 2, ..PathRules::default() }, [64, 64], 0.3);
     family.must_hold();

@@ -28,7 +28,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `chains` | chains that run side by side | 512 |
-//! | `bootstrap` | paths of each length that b is measured by | 16384 |
+//! | `bootstrap` | paths of each length that b is measured by, at most; no more, over all lengths, than a quarter of the mutations that follow | 16384 |
 //! | `large_step` | probability of a wholly new path | 0.3 |
 //! | `smallest`, `largest` | how far a number moves, of its range | 1/1024, 1/64 |
 //! | `direct` | up to how many edges are left to path tracing: 0 to 2 | 2 |
@@ -59,6 +59,8 @@ use space::{Measured, Scratch, Space};
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
+/// Paths of each length that chains begin with at least, unless fewer are asked for.
+const LEAST: u32 = 256;
 /// Chains of a unit of work.
 const GROUP: usize = 8;
 
@@ -93,7 +95,7 @@ impl Metropolis {
         Parameter { name: "chains", summary: "chains that run side by side", slot: |s| Slot::Count(&mut s.chains, 1..=65536) },
         Parameter {
             name: "bootstrap",
-            summary: "paths of each length that measure the brightness and begin the chains",
+            summary: "paths of each length, at most, that measure the brightness and begin the chains",
             slot: |s| Slot::Count(&mut s.bootstrap, 1..=1 << 24),
         },
         Parameter {
@@ -135,8 +137,15 @@ impl Metropolis {
         (rules.min_edges <= rules.max_edges).then_some(rules)
     }
 
-    /// The chains that pass `plan` goes on with: those of the last pass, or new ones.
-    fn chains<'s>(&self, space: &Space<'_>, plan: &SamplePlan, state: &'s mut State, work: &Work<'_>) -> &'s mut Chains {
+    /// The chains that pass `plan` goes on with: those of the last pass, or new ones; a pass makes so many mutations.
+    fn chains<'s>(
+        &self,
+        space: &Space<'_>,
+        plan: &SamplePlan,
+        mutations: u64,
+        state: &'s mut State,
+        work: &Work<'_>,
+    ) -> &'s mut Chains {
         if state.0.len() <= plan.replicate {
             state.0.resize_with(plan.replicate + 1, Chains::default);
         }
@@ -144,7 +153,11 @@ impl Metropolis {
         let age = plan.sample / self.renewal + 1;
         if chains.age != age {
             let seed = mix(plan.seed ^ mix(u64::from(age) ^ 0x6d65_7472_6f70));
-            let launch = Launch { lengths: space.lengths(), seed, paths: self.bootstrap, chains: self.chains };
+            let lengths = space.lengths();
+            let passes = u64::from(self.renewal.min(plan.count));
+            let in_proportion = passes * mutations / (4 * lengths.len().max(1) as u64);
+            let paths = u64::from(self.bootstrap).min(in_proportion.max(u64::from(LEAST))) as u32;
+            let launch = Launch { lengths, seed, paths, chains: self.chains };
             let measure = |at: &space::Point<'_>, out: &mut Measured, scratch: &mut Scratch| space.measure(at, out, scratch);
             *chains = launch.run(age, &measure, &work.progress.rays).unwrap_or_else(|refusal| panic!("{refusal}"));
         }
@@ -184,8 +197,8 @@ impl Solver for Metropolis {
         };
 
         let space = Space::new(scene, run, rules);
-        let Chains { chains, brightness, .. } = self.chains(&space, &plan, state, work);
         let mutations = u64::from(film.crop_size[0]) * u64::from(film.crop_size[1]);
+        let Chains { chains, brightness, .. } = self.chains(&space, &plan, mutations, state, work);
         let (count, brightness) = (chains.len() as u64, *brightness);
         let first_of = |i: usize| i as u64 * mutations / count.max(1);
         chains.par_chunks_mut(GROUP).enumerate().for_each_init(

@@ -7,6 +7,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod checks;
+pub mod worlds;
 
 use etendue_check::{MeanTest, Moments, Verdict, compare_means, family_wise, student_p, t_test};
 use etendue_description::Diagnostics;
