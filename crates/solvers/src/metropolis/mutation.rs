@@ -83,10 +83,8 @@ impl Mutation {
 /// u mod 1, for u a little below 0 or above 1.
 #[inline]
 fn around(u: f32) -> f32 {
-    let u = if u < 0.0 { u + 1.0 } else { u };
-    let u = if u >= 1.0 { u - 1.0 } else { u };
     // What is next to nothing below 0 rounds to 1.
-    u.min(1.0f32.next_down())
+    if u < 0.0 { (u + 1.0).min(1.0f32.next_down()) } else { u - f32::from(u8::from(u >= 1.0)) }
 }
 
 #[cfg(test)]

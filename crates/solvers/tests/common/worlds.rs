@@ -86,7 +86,7 @@ pub fn sky_picture() -> String {
 /// A lamp of a mesh with vertex normals under a map that mirrors it.
 pub fn mirrored_lamp() -> String {
     let quad = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0.3 0 1\nvn -0.3 0 1\nf 1//1 2//2 3//2\nf 1//1 3//2 4//1\n";
-    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("bidirectional-quad.obj");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bidirectional-quad.obj");
     std::fs::write(&path, quad).expect("the folder for temporary files");
     format!(
         r#"<shape type="obj"><string name="filename" value="{}"/>
