@@ -30,7 +30,7 @@ impl Strategies<'_> {
             }
         }
         if t == 1 {
-            self.from_light(s, light, u, rays, found);
+            self.seen_by_lens(s, light, u, rays, found);
             return;
         }
 
@@ -59,7 +59,7 @@ impl Strategies<'_> {
             vertices.push(walk.vertex(x));
             let y = &vertices[place];
             if is_last && s > 0 && y.vertex.is_smooth() {
-                self.from_eye(s, y, light, u, rays, found);
+                self.lit_by(s, y, light, u, rays, found);
             }
             let ends_here = is_last && !y.may_be_passed();
             if ends_here || !walk.turn(&mut vertices[place], place as u32, u) {
@@ -69,7 +69,7 @@ impl Strategies<'_> {
     }
 
     /// t = 1.
-    fn from_light(&self, s: u32, light: &LightPath, u: &impl Numbers, rays: &mut u64, found: &mut impl FnMut(&Found<'_>)) {
+    fn seen_by_lens(&self, s: u32, light: &LightPath, u: &impl Numbers, rays: &mut u64, found: &mut impl FnMut(&Found<'_>)) {
         if s == 1
             && let Some(f) = self.emitter(light, u, rays)
         {
@@ -83,7 +83,7 @@ impl Strategies<'_> {
     }
 
     /// s ≥ 1, t ≥ 2: y looks for light.
-    fn from_eye(
+    fn lit_by(
         &self,
         s: u32,
         y: &PathVertex,
