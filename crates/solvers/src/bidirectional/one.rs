@@ -25,7 +25,7 @@ impl Strategies<'_> {
         // The light sampler draws z_0 of s = 1 by itself.
         if s >= 2 || (s, t) == (1, 1) {
             light.trace_up_to(s, &self.c, &self.sides, self.heuristic, u, rays);
-            if s >= 2 && !light.vertices.last().is_some_and(|z| z.count == s) {
+            if s >= 2 && light.vertices.last().is_none_or(|z| z.count != s) {
                 return;
             }
         }
