@@ -7,7 +7,7 @@ use etendue_solvers::aov::{Aov, Quantity};
 use etendue_solvers::{AnySolver, ParameterError, SOLVERS};
 
 /// Solvers that are known by name and not there yet.
-const PLANNED: &[&str] = &["photon-map", "radiosity", "auto"];
+const PLANNED: &[&str] = &["radiosity", "auto"];
 
 /// Names that show what the eye sees first, as numbers: Mitsuba's `depth`, and `aov` without an integrator of light.
 const SHOWING: &[&str] = &["depth", "aov"];

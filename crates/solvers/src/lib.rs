@@ -16,6 +16,7 @@
 //! | [`light_nee`] | particles connected to the lens at every surface: the dual of [`path_nee`] |
 //! | [`bidirectional`] | a walk from either end, connected in all ways, weighted by multiple importance sampling |
 //! | [`metropolis`] | chains of such paths, each a small change of the last, that go where the light is |
+//! | [`photon_map`] | photons from the lights, whose density the eye sees |
 //! | [`oracle`] | the textbook's recursion, word for word: slow, and the judge of the others |
 //! | [`oracle_light`] | the textbook's particle shooting, word for word: the judge of the light tracers |
 //!
@@ -36,6 +37,7 @@ pub mod parameters;
 pub mod path;
 pub mod path_mis;
 pub mod path_nee;
+pub mod photon_map;
 pub mod run;
 pub mod solver;
 pub mod transport;

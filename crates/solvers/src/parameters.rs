@@ -34,6 +34,8 @@ pub enum Slot<'a> {
     Number(&'a mut f32, RangeInclusive<f32>),
     /// Radiance, W/(m² sr): one number for all channels, or linear Rec.709.
     Radiance(&'a mut Spectrum),
+    /// One of several words: its place among them.
+    Choice(&'a mut usize, &'static [&'static str]),
 }
 
 /// A parameter in words.
@@ -118,6 +120,7 @@ impl Slot<'_> {
             Self::Count(_, range) => format!("a whole number from {} to {}", range.start(), range.end()),
             Self::Number(_, range) => format!("a number from {} to {}", range.start(), range.end()),
             Self::Radiance(_) => "a radiance (one number, or R,G,B; none below 0)".to_owned(),
+            Self::Choice(_, words) => format!("one of {}", words.join(", ")),
         }
     }
 
@@ -126,6 +129,7 @@ impl Slot<'_> {
         match self {
             Self::Count(to, range) => **to = text.trim().parse().ok().filter(|x| range.contains(x))?,
             Self::Number(to, range) => **to = text.trim().parse().ok().filter(|x| range.contains(x))?,
+            Self::Choice(to, words) => **to = words.iter().position(|w| *w == text.trim())?,
             Self::Radiance(to) => {
                 let lane = |t: &str| t.trim().parse::<f32>().ok().filter(|x| (0.0..=f32::MAX).contains(x));
                 let lanes = text.split(',').map(lane).collect::<Option<Vec<_>>>()?;
@@ -146,6 +150,7 @@ impl fmt::Display for Slot<'_> {
         match self {
             Self::Count(x, _) => write!(f, "{x}"),
             Self::Number(x, _) => write!(f, "{x}"),
+            Self::Choice(at, words) => f.write_str(words.get(**at).unwrap_or(&"")),
             Self::Radiance(l) => match l.to_rgb() {
                 [r, g, b] if r == g && g == b => write!(f, "{r}"),
                 [r, g, b] => write!(f, "{r},{g},{b}"),

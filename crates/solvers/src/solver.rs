@@ -11,6 +11,7 @@ use crate::parameters::{self, Parameter, ParameterError, ParameterInfo};
 use crate::path::Path;
 use crate::path_mis::PathMis;
 use crate::path_nee::PathNee;
+use crate::photon_map::PhotonMap;
 use crate::run::Run;
 use crate::transport::sees_mirrors;
 use crate::whitted::Whitted;
@@ -207,4 +208,6 @@ solvers! {
     Bidirectional => "bidirectional", |_: &Integrator| Bidirectional::default(), Bidirectional::PARAMETERS;
     /// Chains of such walks, each a small change of the last, that go where the light is.
     Metropolis => "metropolis", |_: &Integrator| Metropolis::default(), Metropolis::PARAMETERS;
+    /// Photons from the lights, whose density the eye sees: right in the limit.
+    PhotonMap => "photon-map", |_: &Integrator| PhotonMap::default(), PhotonMap::PARAMETERS;
 }

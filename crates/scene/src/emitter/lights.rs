@@ -117,6 +117,12 @@ impl Lights {
         self.alone.is_some()
     }
 
+    /// Whether light samples find the emitter at all.
+    pub fn is_sampled(&self, scene: &Scene, emitter: EmitterId) -> bool {
+        let known = self.first[emitter.index()].is_some() || self.distant.iter().any(|d| d.emitter == emitter);
+        known && scene.emitter(emitter).sampling_weight > 0.0
+    }
+
     /// Flux Φ of all emitters, W.
     pub fn power(&self) -> Spectrum {
         self.power

@@ -49,6 +49,16 @@ impl Books {
         self.particles += particles;
     }
 
+    /// Adds other books.
+    pub fn merge(&mut self, other: &Self) {
+        let add = |sum: &mut [Fixed; 3], entry: &[Fixed; 3]| sum.iter_mut().zip(entry).for_each(|(s, e)| *s += *e);
+        add(&mut self.emitted, &other.emitted);
+        add(&mut self.absorbed, &other.absorbed);
+        add(&mut self.escaped, &other.escaped);
+        add(&mut self.cut, &other.cut);
+        self.particles += other.particles;
+    }
+
     /// The books closed.
     pub fn balance(&self) -> Balance {
         let per_particle = |sum: [Fixed; 3]| sum.map(|s| s.to_f64() / self.particles.max(1) as f64);

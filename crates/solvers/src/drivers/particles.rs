@@ -21,7 +21,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 
 /// Particles of a unit of work.
-const CHUNK: u64 = 1024;
+pub(crate) const CHUNK: u64 = 1024;
 
 /// A solver that follows particles.
 pub trait ParticleSolver: Sync {
@@ -87,7 +87,7 @@ pub fn pass(solver: &impl ParticleSolver, scene: &Scene, run: &Run<'_>, books: &
     let [width, height] = view.film.crop_size;
     let path = Context { scene, rules: run.rules };
     let c = LightContext { path, view, reach: solver.reach(run.rules.max_edges) };
-    let numbers = Numbers { plan: SamplePlan::new(run, k), run, per_pass: u64::from(width) * u64::from(height) };
+    let numbers = Numbers::new(run, k, u64::from(width) * u64::from(height));
 
     let books = Mutex::new(books);
     (0..work.units.len()).into_par_iter().for_each_init(
@@ -116,16 +116,21 @@ pub fn pass(solver: &impl ParticleSolver, scene: &Scene, run: &Run<'_>, books: &
 }
 
 /// The numbers of a pass.
-struct Numbers<'a> {
+pub(crate) struct Numbers<'a> {
     plan: SamplePlan,
     run: &'a Run<'a>,
     per_pass: u64,
 }
 
-impl Numbers<'_> {
+impl<'a> Numbers<'a> {
+    /// Those of pass k of so many particles each.
+    pub(crate) fn new(run: &'a Run<'a>, k: u32, per_pass: u64) -> Self {
+        Self { plan: SamplePlan::new(run, k), run, per_pass }
+    }
+
     /// Those of the pass's particle i.
     #[inline]
-    fn of(&self, i: u64) -> Sampler {
+    pub(crate) fn of(&self, i: u64) -> Sampler {
         let plan = &self.plan;
         // Strata are laid out for a pass, nets for all of them.
         if self.run.sequence == SequenceKind::Stratified {

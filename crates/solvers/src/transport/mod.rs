@@ -1,5 +1,5 @@
-//! What the path solvers share: the state of a walk, the vertex and its adjoint corrections, next event estimation, MIS weights,
-//! roulette. Free functions, no bases.
+//! What the path solvers share: the state of a walk, the vertex and its adjoint corrections, an index of vertices, next event
+//! estimation, MIS weights, roulette. Free functions, no bases.
 
 mod adjoint;
 mod each_light;
@@ -13,14 +13,15 @@ mod rules;
 mod tally;
 mod tree;
 mod vertex;
+mod vertex_index;
 
 pub use each_light::EachLight;
 pub(crate) use mirrors::sees_mirrors;
 pub use mis::{Heuristic, mis_weight};
 pub use next_event::{ShadowQuery, connection, next_event};
 pub use particle::{
-    Awaited, LightContext, Particle, SensorQuery, arrives_at_sensor, emitter_to_sensor, light_slot, surroundings, through_lens,
-    to_sensor,
+    Awaited, Came, LightContext, Particle, SensorQuery, arrives_at_sensor, emitter_to_sensor, light_slot, surroundings,
+    through_lens, to_sensor,
 };
 pub(crate) use path_state::emission;
 pub use path_state::{Context, PathSolver, PathState, Step, Throughput, arrives, slot, trace};
@@ -29,3 +30,4 @@ pub use rules::PathRules;
 pub use tally::{Entries, Tally};
 pub use tree::Branch;
 pub use vertex::{Vertex, VertexSample};
+pub use vertex_index::VertexIndex;

@@ -65,6 +65,19 @@ pub struct Particle {
     pub vertex: u32,
     /// What must happen to it before it may count at the lens.
     pub waits_for: Awaited,
+    /// How it came to its ray.
+    pub came: Came,
+}
+
+/// How a particle came from the light, null and mask surfaces that it passed aside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Came {
+    /// Straight: what it brings is direct light.
+    Straight,
+    /// By mirrors and smooth glass alone: a caustic.
+    Specular,
+    /// By at least one surface that spread it.
+    Scattered,
 }
 
 /// What must happen to a particle before it may count where it passes the lens.
@@ -92,7 +105,16 @@ impl Particle {
         } else {
             Awaited::Nothing
         };
-        let particle = Self { ray: light.ray, flux: light.weight, beta: Throughput::ONE, wl, edges: 1, vertex: 1, waits_for };
+        let particle = Self {
+            ray: light.ray,
+            flux: light.weight,
+            beta: Throughput::ONE,
+            wl,
+            edges: 1,
+            vertex: 1,
+            waits_for,
+            came: Came::Straight,
+        };
         (light.weight.is_finite() && light.weight.max_lane() > 0.0).then_some((particle, light))
     }
 
@@ -148,6 +170,11 @@ impl Particle {
         self.edges += u32::from(rules.null_counts || !s.is_null);
         if !s.pdf.is_delta() || !s.is_null && self.waits_for == Awaited::Scattering {
             self.waits_for = Awaited::Nothing;
+        }
+        if !s.pdf.is_delta() {
+            self.came = Came::Scattered;
+        } else if !s.is_null && self.came == Came::Straight {
+            self.came = Came::Specular;
         }
     }
 

@@ -26,6 +26,10 @@ pub mod slot {
     pub const LIGHT: u32 = 2;
     /// Where on the light.
     pub const LIGHT_POINT: u32 = 3;
+    /// Where on the surface around, whether it is there.
+    pub const PROBE: u32 = 4;
+    /// Which of the photons around, whether it is in sight.
+    pub const PHOTON: u32 = 5;
 }
 
 /// β: the product of f cosθ / p along the walk so far.
