@@ -16,6 +16,8 @@ use rayon::prelude::*;
 #[derive(Clone, Debug, Default)]
 pub struct VertexIndex {
     radius: f32,
+    /// How far from a point cells are looked at: the radius, and what rounding may do to coordinates.
+    reach: f32,
     /// 1 / edge of a cell.
     per_edge: f32,
     /// Bucket b holds the places `starts[b]..starts[b + 1]`.
@@ -32,7 +34,9 @@ const MOST: usize = 27;
 impl VertexIndex {
     /// Sorts `points` for queries of the given radius; fewer than 2³² of them.
     pub fn build(&mut self, points: &[Vec3], radius: f32) {
-        (self.radius, self.per_edge) = (radius, 1.0 / (2.1 * radius));
+        let largest = points.par_iter().map(|p| p.abs().max_element()).reduce(|| 0.0, f32::max);
+        (self.radius, self.reach) = (radius, 1.001 * radius + 1e-6 * largest);
+        self.per_edge = 1.0 / (2.1 * self.reach);
         // A bucket for each point, or somewhat more.
         let buckets = points.len().next_power_of_two().max(1);
         self.starts.clear();
@@ -79,9 +83,7 @@ impl VertexIndex {
     /// Hands over the place of every point within the radius of `p`, and its distance squared.
     #[inline]
     pub fn near(&self, p: Vec3, mut found: impl FnMut(usize, f32)) {
-        // Rounding may carry neither of two points over the border of a cell that the other is not looked for in.
-        let reach = Vec3::splat(1.001 * self.radius) + 1e-6 * p.abs();
-        let (low, high) = (self.cell(p - reach), self.cell(p + reach));
+        let (low, high) = (self.cell(p - self.reach), self.cell(p + self.reach));
         let along = |i: usize| low[i]..=high[i].min(low[i].saturating_add(2));
         let (mut seen, mut count) = ([0u32; MOST], 0);
         for z in along(2) {
