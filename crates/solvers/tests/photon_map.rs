@@ -224,10 +224,9 @@ fn lights_of_all_kinds() {
         ("envmap", format!(r#"<emitter type="envmap"><string name="filename" value="{sky}"/></emitter>"#)),
         (
             "unsampled lamp",
-            format!(
-                r#"<shape type="cube"><transform name="to_world"><scale value="0.3"/><translate y="1.2" x="0.5"/></transform>
+            r#"<shape type="cube"><transform name="to_world"><scale value="0.3"/><translate y="1.2" x="0.5"/></transform>
                 <emitter type="area"><rgb name="radiance" value="4, 5, 6"/><float name="sampling_weight" value="0"/></emitter></shape>"#
-            ),
+                .to_owned(),
         ),
     ]
     .iter()
@@ -271,7 +270,7 @@ fn errors(alpha: f32) -> Vec<(f64, f64, f64)> {
     let floor = scene(&format!("{lamp}{}{}", camera("0, 2, 0", "0, 0, 0", "0, 0, 1", 40.0, [16, 16]), ground(&diffuse(0.5))));
     let reference = picture(&floor, &PathMis::default(), samples(256).edges(2));
     let solver = PhotonMap { radius: 0.4, alpha, ..photons(1000, 0) };
-    let e = 0.01 * mean_of(&[reference.clone()], 0).mean.powi(2);
+    let e = 0.01 * mean_of(std::slice::from_ref(&reference), 0).mean.powi(2);
     let (pool, cancel) = (threads(2), CancelToken::default());
     let trial = Trial { rules: PathRules { max_edges: 2, ..PathRules::default() }, ..Trial::new(&floor, &pool, &cancel) };
     let render = trial.renderer(&solver);
