@@ -1,6 +1,6 @@
 //! The photon map from its definition: every photon is looked at, the sight of each is tested, and P is an integral over a lattice.
 //!
-//! Slow, and the judge of [`super::density`]: at every radius both have the same mean. All light is brought by photons here, direct light too.
+//! Slow, and the judge of `density`: at every radius both have the same mean. All light is brought by photons here, direct light too.
 
 use super::density::Around;
 use super::photons::Photons;

@@ -17,7 +17,7 @@
 //! | --- | --- |
 //! | r of each pass | [`radius`] |
 //! | photons, and their index | [`photons`], [`crate::transport::VertexIndex`] |
-//! | the sum over photons | [`density`] |
+//! | the sum over photons | `density.rs` |
 //! | the sum from its definition | [`literal`] |
 //!
 //! | parameter | meaning | default |
