@@ -177,7 +177,7 @@ impl Keys {
 
 /// Nested uniform scrambling of a bit-mirrored number: whether a bit flips depends on the bits below it (those before it, once mirrored back).
 #[inline]
-fn scramble(mut x: u32, key: u32) -> u32 {
+pub(crate) fn scramble(mut x: u32, key: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(key);
     x = x.wrapping_mul(key >> 16 | 1);

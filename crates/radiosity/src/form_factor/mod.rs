@@ -8,6 +8,14 @@
 //! is F itself. After a repair M is symmetric, l_i = x_i / A_i and r_j = x_j: reciprocity holds exactly whatever the rounding of M, and the x_i
 //! close the rows as far as double precision goes.
 
+mod hemisphere;
+mod repair;
+mod tally;
+
+pub use hemisphere::{Hemisphere, hemisphere};
+pub use repair::{CLOSED, Repair};
+pub use tally::REPLICATES;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use sprs::CsMatI;
@@ -15,28 +23,56 @@ use sprs::CsMatI;
 /// A sparse matrix in rows: 4 bytes for a column, 4 for a value.
 pub type Rows = CsMatI<f32, u32, usize>;
 
+/// Rows with the standard errors of their entries.
+#[derive(Clone, Debug)]
+pub struct Matrix {
+    /// The numbers.
+    pub rows: Rows,
+    /// The standard error of each, in the order of `rows.data()`; empty where they were not asked for.
+    pub errors: Vec<f32>,
+}
+
+/// Hears how many of how many rows are done; `false` stops the work.
+pub type Watch<'a> = dyn Fn(usize, usize) -> bool + Sync + 'a;
+
+/// The watch stopped the work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cancelled;
+
 /// The form factors between all patches.
 #[derive(Clone, Debug)]
 pub struct FormFactors {
     /// M.
-    pub matrix: Rows,
+    pub matrix: Matrix,
     /// l.
     pub left: Vec<f64>,
     /// r.
     pub right: Vec<f64>,
-    /// The standard error of each entry of M, in the order of `matrix.data()`; empty where it was not asked for.
-    pub errors: Vec<f32>,
     /// The part of the light of each patch that meets no surface.
     pub escaped: Vec<f64>,
     /// The part of the light of each patch that meets what is no patch: backs that absorb, obstacles.
     pub absorbed: Vec<f64>,
+    /// Whether these two were measured, and are not just what rows lack.
+    pub losses_are_measured: bool,
+    /// From patches to objects, before any repair; the last two columns are what is absorbed and what escapes. Where the method counts them apart:
+    /// the standard error of a sum is not the sum of its parts' errors.
+    pub to_objects: Option<Matrix>,
 }
 
 impl FormFactors {
-    /// From rows that hold F itself.
-    pub fn new(matrix: Rows, errors: Vec<f32>) -> Self {
-        let n = matrix.rows();
-        Self { matrix, left: vec![1.0; n], right: vec![1.0; n], errors, escaped: vec![0.0; n], absorbed: vec![0.0; n] }
+    /// From rows that hold F itself, without losses.
+    pub fn new(matrix: Matrix) -> Self {
+        let n = matrix.rows.rows();
+        let none = vec![0.0; n];
+        Self {
+            matrix,
+            left: vec![1.0; n],
+            right: vec![1.0; n],
+            escaped: none.clone(),
+            absorbed: none,
+            losses_are_measured: true,
+            to_objects: None,
+        }
     }
 
     /// The number of patches.
@@ -52,20 +88,20 @@ impl FormFactors {
     /// The entries (j, F_ij) of row i, by j.
     #[inline]
     pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
-        let (left, range) = (self.left[i], self.matrix.indptr().outer_inds_sz(i));
-        let (columns, values) = (&self.matrix.indices()[range.clone()], &self.matrix.data()[range]);
+        let (left, range) = (self.left[i], self.matrix.rows.indptr().outer_inds_sz(i));
+        let (columns, values) = (&self.matrix.rows.indices()[range.clone()], &self.matrix.rows.data()[range]);
         columns.iter().zip(values).map(move |(j, m)| (*j as usize, left * f64::from(*m) * self.right[*j as usize]))
     }
 
     /// F_ij.
     pub fn get(&self, i: usize, j: usize) -> f64 {
-        self.matrix.get(i, j).map_or(0.0, |m| self.left[i] * f64::from(*m) * self.right[j])
+        self.matrix.rows.get(i, j).map_or(0.0, |m| self.left[i] * f64::from(*m) * self.right[j])
     }
 
     /// The standard error of F_ij; zero where it was not asked for.
     pub fn error(&self, i: usize, j: usize) -> f64 {
-        match self.matrix.nnz_index(i, j) {
-            Some(k) if !self.errors.is_empty() => self.left[i] * f64::from(self.errors[k.0]) * self.right[j],
+        match self.matrix.rows.nnz_index(i, j) {
+            Some(k) if !self.matrix.errors.is_empty() => self.left[i] * f64::from(self.matrix.errors[k.0]) * self.right[j],
             _ => 0.0,
         }
     }
@@ -88,6 +124,6 @@ impl FormFactors {
 
     /// Bytes of the matrix.
     pub fn bytes(&self) -> usize {
-        self.matrix.nnz() * 8 + self.errors.len() * 4 + self.len() * (5 * 8)
+        self.matrix.rows.nnz() * 8 + self.matrix.errors.len() * 4 + self.len() * (5 * 8)
     }
 }
