@@ -29,13 +29,20 @@ fn nearest(x: f64) -> (f64, i32) {
 /// sin x and cos x. Beyond |x| = 10⁶ the argument is reduced modulo the f64 next to 2π first, which costs accuracy as x grows.
 #[inline]
 pub fn sin_cos(x: f32) -> (f32, f32) {
+    if x.abs() > 1e6 { sin_cos_reduced(f64::from(x) % TAU) } else { sin_cos_reduced(f64::from(x)) }
+}
+
+/// [`sin_cos`] for |x| up to 10⁶: the same bits, and nothing in it that keeps a loop from being made of vectors.
+#[inline(always)]
+pub fn sin_cos_near(x: f32) -> (f32, f32) {
+    sin_cos_reduced(f64::from(x))
+}
+
+#[inline(always)]
+fn sin_cos_reduced(x: f64) -> (f32, f32) {
     /// π/2, its first 33 bits, and the rest: n times the first part is exact for n < 2²⁰.
     const HIGH: f64 = 1.570_796_326_734_125_6;
     const LOW: f64 = 6.077_100_506_506_192e-11;
-    let mut x = f64::from(x);
-    if x.abs() > 1e6 {
-        x %= TAU;
-    }
     let (n, quadrant) = nearest(x * (1.0 / FRAC_PI_2));
     let r = (x - n * HIGH) - n * LOW;
 

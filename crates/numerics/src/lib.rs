@@ -17,6 +17,7 @@ pub mod spectrum;
 pub mod table;
 pub mod transform;
 pub mod warp;
+pub mod wide;
 
 pub use bounds::Bounds3;
 pub use frame::Frame;

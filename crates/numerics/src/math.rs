@@ -1,7 +1,7 @@
 //! Small real functions that everything shares. Transcendentals on the way of a pixel come from here ([`crate::elementary`]), so that every
 //! path through the program, and every machine, computes the same bits.
 
-pub use crate::elementary::{atan2, exp, ln, powf, safe_acos, safe_asin, sin_cos};
+pub use crate::elementary::{atan2, exp, ln, powf, safe_acos, safe_asin, sin_cos, sin_cos_near};
 
 pub use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI, TAU};
 

@@ -17,7 +17,7 @@
 //! net too, their errors cancel each other, and what noise there is looks fine-grained. Pixels that are sampled this way are not
 //! independent; error bars come from independent seeds.
 
-use crate::Vec2;
+use crate::{Vec2, wide};
 
 /// Which point set the numbers come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -118,15 +118,25 @@ impl Sampler {
     #[inline]
     pub fn u2(&self, dim: Dim) -> Vec2 {
         match self.kind {
-            SequenceKind::Sobol => {
-                let keys = Keys::new(self.key, dim);
-                let index = scramble(self.sample, keys.shuffle).reverse_bits();
-                let x = scramble(index, keys.x).reverse_bits();
-                let y = scramble(pascal(index), keys.y).reverse_bits();
-                Vec2::new(unit(x), unit(y))
-            }
+            SequenceKind::Sobol => Keys::new(self.key, dim).point(self.sample),
             SequenceKind::Stratified => self.strata(dim),
             SequenceKind::Independent => self.independent(dim),
+        }
+    }
+
+    /// [`Sampler::u2`] of many samplers, the same bits: x and y of each. Sobol' points are made on lanes.
+    pub fn u2_each<const N: usize>(samplers: &[Self], dim: Dim, x: &mut [f32; N], y: &mut [f32; N]) {
+        let Some((first, rest)) = samplers.split_first() else { return };
+        let alike = |s: &Self| s.kind == SequenceKind::Sobol && s.key == first.key;
+        if samplers.len() <= N && N.is_multiple_of(wide::PAD) && alike(first) && rest.iter().all(alike) {
+            let mut samples = [0; N];
+            samplers.iter().zip(&mut samples).for_each(|(s, to)| *to = s.sample);
+            wide::widest(Points { keys: Keys::new(first.key, dim), samples: &samples, count: samplers.len(), x, y });
+        } else {
+            for ((s, x), y) in samplers.iter().zip(x).zip(y) {
+                let u = s.u2(dim);
+                (*x, *y) = (u.x, u.y);
+            }
         }
     }
 
@@ -159,6 +169,27 @@ impl Sampler {
     }
 }
 
+/// Sobol' points of one dimension for samplers that share a key.
+struct Points<'a, const N: usize> {
+    keys: Keys,
+    samples: &'a [u32; N],
+    count: usize,
+    x: &'a mut [f32; N],
+    y: &'a mut [f32; N],
+}
+
+impl<const N: usize> wide::Job for Points<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for i in 0..self.count.next_multiple_of(wide::PAD).min(N) {
+            let u = self.keys.point(self.samples[i]);
+            (self.x[i], self.y[i]) = (u.x, u.y);
+        }
+    }
+}
+
 /// What one dimension is shuffled and scrambled by.
 struct Keys {
     shuffle: u32,
@@ -172,6 +203,15 @@ impl Keys {
         let bits = mix(key ^ u64::from(dim.0).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let more = bits.wrapping_mul(0xd134_2543_de82_ef95);
         Self { shuffle: bits as u32, x: (bits >> 32) as u32, y: (more >> 32) as u32 }
+    }
+
+    /// The two-dimensional point of a sample's mirrored number.
+    #[inline(always)]
+    fn point(&self, sample: u32) -> Vec2 {
+        let index = scramble(sample, self.shuffle).reverse_bits();
+        let x = scramble(index, self.x).reverse_bits();
+        let y = scramble(pascal(index), self.y).reverse_bits();
+        Vec2::new(unit(x), unit(y))
     }
 }
 

@@ -5,7 +5,8 @@
 //! L = Σ_k β_k [ w_b Le(x_k) + w_l f cosθ Le(y) V / p_l ],    w_b = h(p_b, p_l),  w_l = h(p_l, p_b),  h(p, q) = p²/(p² + q²)
 //! ```
 
-use crate::transport::{Context, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot};
+use crate::lanes;
+use crate::transport::{Context, Crowd, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot};
 use etendue_accel::Hit;
 use etendue_numerics::{Pdf, Sampler};
 use etendue_scene::Interaction;
@@ -20,7 +21,7 @@ pub struct PathMis {
 impl PathMis {
     /// Collects Le at x or of the surroundings, weighted against the light sample that might have found it.
     #[inline]
-    fn collect(&self, c: &Context<'_>, state: &mut PathState, x: Option<&Interaction>) {
+    pub(crate) fn collect(&self, c: &Context<'_>, state: &mut PathState, x: Option<&Interaction>) {
         let (le, pdf_light) = emission(c, state, x);
         let share = match state.pdf {
             Pdf::Delta(_) => 1.0,
@@ -52,5 +53,9 @@ impl PathSolver for PathMis {
         let u_lobe = state.choices(&c.rules, &vertex, u);
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
         Step { shadow, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }
+    }
+
+    fn scatter_all(&self, c: &Context<'_>, crowd: &mut Crowd) {
+        lanes::scatter_all(self, c, crowd);
     }
 }

@@ -62,6 +62,7 @@ impl Scatter for Diffuse {
         self.reflectance
     }
 
+    #[inline]
     fn diffuse_reflectance(&self) -> Spectrum {
         self.reflectance
     }

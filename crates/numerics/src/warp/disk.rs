@@ -2,7 +2,7 @@
 
 use super::unit;
 use crate::Vec2;
-use crate::math::{FRAC_1_PI, FRAC_PI_4, atan2, sin_cos};
+use crate::math::{FRAC_1_PI, FRAC_PI_4, atan2, sin_cos_near};
 
 /// The density of [`square_to_disk`], 1/π per unit of area.
 #[inline]
@@ -11,17 +11,16 @@ pub fn disk_pdf() -> f32 {
 }
 
 /// A uniform point of the unit disk: rings of the square [-1, 1]² become circles, r = max(|x|, |y|).
-#[inline]
+#[inline(always)]
 pub fn square_to_disk(u: Vec2) -> Vec2 {
     let p = 2.0 * u - Vec2::ONE;
     // Within a quarter the polar angle is π/4 times the ratio of the smaller to the larger coordinate.
     let steep = p.y.abs() > p.x.abs();
     let (r, small) = if steep { (p.y, p.x) } else { (p.x, p.y) };
+    let (sin, cos) = sin_cos_near(FRAC_PI_4 * (small / r));
     if r == 0.0 {
-        return Vec2::ZERO;
-    }
-    let (sin, cos) = sin_cos(FRAC_PI_4 * (small / r));
-    if steep { Vec2::new(r * sin, r * cos) } else { Vec2::new(r * cos, r * sin) }
+        Vec2::ZERO
+    } else if steep { Vec2::new(r * sin, r * cos) } else { Vec2::new(r * cos, r * sin) }
 }
 
 /// The u that [`square_to_disk`] takes to `p`.

@@ -31,7 +31,12 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 /// A direction with z ≥ 0 and density cosθ/π: the concentric disk lifted straight up.
 #[inline]
 pub fn square_to_cosine_hemisphere(u: Vec2) -> Vec3 {
-    let p = square_to_disk(u);
+    disk_to_cosine_hemisphere(square_to_disk(u))
+}
+
+/// A point of the unit disk, lifted straight up.
+#[inline(always)]
+pub fn disk_to_cosine_hemisphere(p: Vec2) -> Vec3 {
     // Rounding must not leave z = 0, where the density is zero: the smallest step of r below 1 gives about z = 2e-4.
     let z = safe_sqrt(1.0 - p.length_squared()).max(1e-4);
     Vec3::new(p.x, p.y, z)

@@ -222,6 +222,31 @@ impl Material {
         self.add(&Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) }, 1.0, to);
     }
 
+    /// Whether it is Lambert's on both sides, or on the front and black behind: what drivers of many walks at once treat on lanes.
+    #[inline]
+    pub fn is_lambert(&self, scene: &Scene) -> bool {
+        match self {
+            Self::Diffuse(_) => true,
+            Self::TwoSided(t) => t.nested().iter().all(|m| matches!(scene.material(*m), Self::Diffuse(_))),
+            _ => false,
+        }
+    }
+
+    /// ρ of Lambert's surface at x, and whether its back is looked at as if it were a front; `None` for all other materials.
+    #[inline]
+    pub fn lambert(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Option<(Spectrum, bool)> {
+        let (diffuse, turned) = match self {
+            Self::Diffuse(diffuse) => (diffuse, false),
+            Self::TwoSided(t) => {
+                let turned = x.wo_local().z < 0.0;
+                let Self::Diffuse(diffuse) = scene.material(t.nested()[usize::from(turned)]) else { return None };
+                (diffuse, turned)
+            }
+            _ => return None,
+        };
+        Some((diffuse.reflectance_at(&scene.texture_context(x), wl), turned))
+    }
+
     /// Whether light may pass straight through, as if nothing were there.
     #[inline]
     pub fn may_be_transparent(&self) -> bool {

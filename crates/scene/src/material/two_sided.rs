@@ -21,6 +21,14 @@ impl TwoSided {
     }
 }
 
+impl TwoSided {
+    /// The materials of front and back.
+    #[inline]
+    pub(super) fn nested(&self) -> [MaterialId; 2] {
+        self.nested
+    }
+}
+
 impl Model for TwoSided {
     fn events(&self) -> Event {
         self.events

@@ -3,15 +3,14 @@
 use super::Work;
 use crate::run::{Run, Stop};
 use crate::solver::{Estimates, Needs, Solver};
-use crate::transport::{Context, PathRules, PathSolver, PathState, slot, trace};
+use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
 use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::{FilmSettings, Scene, SurfaceId};
-use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::PoisonError;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A solver that answers one question: how much radiance arrives along a camera ray?
 pub trait PixelSolver: Sync {
@@ -27,6 +26,13 @@ pub trait PixelSolver: Sync {
 
     /// An estimate of L along the walk's first ray, times its weight. Counts rays.
     fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum;
+
+    /// The same for a crowd of walks; each one's answer is left in its `l`. Counts rays.
+    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+        for (walk, u) in crowd.walks.iter_mut().zip(&crowd.samplers) {
+            walk.l = self.radiance(c, *walk, u, rays);
+        }
+    }
 }
 
 impl<T: PathSolver> PixelSolver for T {
@@ -37,6 +43,10 @@ impl<T: PathSolver> PixelSolver for T {
     #[inline]
     fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         trace(self, c, eye, u, rays)
+    }
+
+    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+        crowd.trace(self, c, rays);
     }
 }
 
@@ -82,7 +92,16 @@ impl Tiling {
         let low = [(tile % columns) as u32 * self.edge, (tile / columns) as u32 * self.edge];
         (low, [(low[0] + self.edge).min(self.size[0]), (low[1] + self.edge).min(self.size[1])])
     }
+
+    /// The pixels of a tile, row by row.
+    pub(crate) fn pixels(&self, tile: usize) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let (low, high) = self.rectangle(tile);
+        (low[1]..high[1]).flat_map(move |y| (low[0]..high[0]).map(move |x| [x, y]))
+    }
 }
+
+/// Walks that set out together, about: enough to fill lanes, few enough to stay in a core's cache.
+const CROWD: usize = 1024;
 
 /// Pass k: sample k of every pixel. In noise mode passes belong to replicates in turn, each with a scramble of its own.
 pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, work: &Work<'_>) {
@@ -101,21 +120,21 @@ pub(crate) fn pass_over(
 ) {
     let context = Context { scene, rules };
     let tiling = Tiling::new(work.film.shape().size);
-    units.into_par_iter().for_each_init(
-        || work.film.tile(),
-        |tile, index| {
-            if work.units.is_done(index) || (work.stop_now)() {
+    // Tiles are taken in groups, unless there are too few of them to go round.
+    let per_crowd = CROWD / (tiling.edge * tiling.edge) as usize;
+    let group = (units.len() / (4 * rayon::current_num_threads())).clamp(1, per_crowd);
+    let next = AtomicUsize::new(units.start);
+    rayon::broadcast(|_| {
+        let (mut tile, mut crowd) = (work.film.tile(), Crowd::default());
+        loop {
+            let first = next.fetch_add(group, Ordering::Relaxed);
+            if first >= units.end || (work.stop_now)() {
                 return;
             }
-            let (low, high) = tiling.rectangle(index);
-            let rays = fill(solver, &context, run, plan, tile, low, high, work);
-            work.film.add_tile(tile);
-            work.units.done(index);
-            work.progress.tiles.fetch_add(1, Ordering::Relaxed);
-            work.progress.rays.fetch_add(rays, Ordering::Relaxed);
-            work.progress.paths.fetch_add(u64::from((high[0] - low[0]) * (high[1] - low[1])), Ordering::Relaxed);
-        },
-    );
+            let tiles = first..(first + group).min(units.end);
+            fill(solver, &context, run, plan, &tiling, tiles, &mut crowd, &mut tile, work);
+        }
+    });
 }
 
 /// Which sample of which point set a pass takes.
@@ -153,35 +172,47 @@ fn fill(
     c: &Context<'_>,
     run: &Run<'_>,
     plan: &SamplePlan,
+    tiling: &Tiling,
+    tiles: Range<usize>,
+    crowd: &mut Crowd,
     tile: &mut Tile,
-    low: [u32; 2],
-    high: [u32; 2],
     work: &Work<'_>,
-) -> u64 {
+) {
+    // Walks through all pixels of the tiles.
     let view = &c.scene.views[run.view];
+    let todo = || tiles.clone().filter(|index| !work.units.is_done(*index));
+    let mut positions = Vec::with_capacity(CROWD);
+    crowd.clear();
+    for [x, y] in todo().flat_map(|index| tiling.pixels(index)) {
+        let u = plan.sampler(run, x + view.film.crop_offset[0], y + view.film.crop_offset[1]);
+        let (position, eye) = camera_ray(c, run, &view.film, [x, y], &u);
+        positions.push(position);
+        crowd.push(eye, u);
+    }
     let mut rays = 0;
-    let mut tracked = Vec::new();
-    tile.begin(low, high);
-    for y in low[1]..high[1] {
-        for x in low[0]..high[0] {
-            let u = plan.sampler(run, x + view.film.crop_offset[0], y + view.film.crop_offset[1]);
-            let (position, eye) = camera_ray(c, run, &view.film, [x, y], &u);
-            let l = solver.radiance(c, eye, &u, &mut rays);
-            tile.add(position, l, plan.pass);
-            if work.replicates.is_some() {
-                tracked.push(([x, y], l.to_rgb()));
+    solver.radiances(c, crowd, &mut rays);
+
+    // What they collected, tile by tile.
+    let mut seen = positions.iter().zip(crowd.collected());
+    for index in todo() {
+        let (low, high) = tiling.rectangle(index);
+        tile.begin(low, high);
+        let mut tracked = work.replicates.map(|r| r.lock().unwrap_or_else(PoisonError::into_inner));
+        for (pixel, (position, l)) in tiling.pixels(index).zip(&mut seen) {
+            tile.add(*position, l, plan.pass);
+            if let Some(sums) = &mut tracked
+                && let Some(slot) = sums.slot(pixel)
+            {
+                sums.add(plan.replicate, slot, l.to_rgb());
             }
         }
+        drop(tracked);
+        work.film.add_tile(tile);
+        work.units.done(index);
+        work.progress.tiles.fetch_add(1, Ordering::Relaxed);
     }
-    if let Some(replicates) = work.replicates {
-        let mut sums = replicates.lock().unwrap_or_else(PoisonError::into_inner);
-        for (pixel, l) in tracked {
-            if let Some(slot) = sums.slot(pixel) {
-                sums.add(plan.replicate, slot, l);
-            }
-        }
-    }
-    rays
+    work.progress.rays.fetch_add(rays, Ordering::Relaxed);
+    work.progress.paths.fetch_add(positions.len() as u64, Ordering::Relaxed);
 }
 
 /// A walk about to leave the eye through pixel [x, y] of the picture, and its position there.

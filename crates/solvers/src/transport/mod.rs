@@ -2,6 +2,7 @@
 //! estimation, MIS weights, roulette. Free functions, no bases.
 
 mod adjoint;
+mod crowd;
 mod each_light;
 mod mirrors;
 mod mis;
@@ -15,6 +16,7 @@ mod tree;
 mod vertex;
 mod vertex_index;
 
+pub use crowd::Crowd;
 pub use each_light::EachLight;
 pub(crate) use mirrors::sees_mirrors;
 pub use mis::{Heuristic, mis_weight};
@@ -26,6 +28,7 @@ pub use particle::{
 pub(crate) use path_state::emission;
 pub use path_state::{Context, PathSolver, PathState, Step, Throughput, arrives, slot, trace};
 pub use roulette::roulette;
+pub(crate) use roulette::roulette_survival;
 pub use rules::PathRules;
 pub use tally::{Entries, Tally};
 pub use tree::Branch;

@@ -1,6 +1,6 @@
 //! A walk from the eye as plain data, and the loop that advances it one vertex at a time.
 
-use super::{PathRules, ShadowQuery, Vertex, VertexSample, roulette};
+use super::{Crowd, PathRules, ShadowQuery, Vertex, VertexSample, roulette};
 use crate::solver::Needs;
 use etendue_accel::Hit;
 use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Wavelengths};
@@ -134,6 +134,15 @@ pub trait PathSolver: Sync {
 
     /// Advances the walk whose ray met `hit` by one vertex.
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step;
+
+    /// Advances the walks of a crowd that go on, all by one vertex: the same as [`PathSolver::scatter`] of each.
+    fn scatter_all(&self, c: &Context<'_>, crowd: &mut Crowd) {
+        for k in 0..crowd.going.len() {
+            let i = crowd.going[k] as usize;
+            let step = self.scatter(c, &mut crowd.walks[i], crowd.hits[k], &crowd.samplers[i]);
+            crowd.take(i as u32, &step);
+        }
+    }
 }
 
 impl PathState {

@@ -12,10 +12,16 @@ pub fn roulette(rules: &PathRules, state: &mut PathState, u: f32) -> bool {
     if state.vertex < rules.rr_depth {
         return true;
     }
-    let q = (state.beta.max_lane() * state.eta_scale).min(MOST);
+    let q = roulette_survival(state.beta.max_lane(), state.eta_scale);
     if u >= q {
         return false;
     }
     state.beta.divide(q);
     true
+}
+
+/// q for the largest lane of β.
+#[inline(always)]
+pub(crate) fn roulette_survival(beta: f32, eta_scale: f32) -> f32 {
+    (beta * eta_scale).min(MOST)
 }

@@ -1,0 +1,57 @@
+//! The next direction, on lanes: `Vertex::sample` and `PathState::turn` for Lambert's surfaces.
+//!
+//! ```text
+//! wi ~ cosθ/π,    β ← β ρ,    roulette: q = min(max β η², 0.95), β ← β/q
+//! ```
+
+use super::vertices::{LANES, Vertices};
+use crate::transport::roulette_survival;
+use etendue_numerics::math::FRAC_1_PI;
+use etendue_numerics::ray::offset_origin;
+use etendue_numerics::warp::{disk_to_cosine_hemisphere, square_to_disk};
+use etendue_numerics::{Vec2, Vec3, wide};
+
+/// Turns the walks into sampled directions.
+pub(super) struct Turn<'a> {
+    pub vertices: &'a mut Vertices,
+    /// Whether the walks are long enough for roulette.
+    pub roulette: bool,
+}
+
+impl wide::Job for Turn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let v = self.vertices;
+        let [disk_x, disk_y] = &mut [[0.0; LANES]; 2];
+        for i in 0..v.lanes() {
+            let disk = square_to_disk(Vec2::new(v.u_bsdf[0][i], v.u_bsdf[1][i]));
+            (disk_x[i], disk_y[i]) = (disk.x, disk.y);
+        }
+        for i in 0..v.lanes() {
+            let frame = v.frame(i);
+            let turned = v.is_turned[i] != 0;
+            let wo = frame.n.dot(v.wo.get(i));
+            let above = if turned { wo < 0.0 } else { wo > 0.0 };
+            let local = disk_to_cosine_hemisphere(Vec2::new(disk_x[i], disk_y[i]));
+            let wi = frame.to_world(Vec3::new(local.x, local.y, if turned { -local.z } else { local.z }));
+            v.ray.d.set(i, wi);
+            v.ray.o.set(i, offset_origin(v.p.get(i), v.p_error.get(i), v.n.get(i), wi));
+            v.pdf[i] = local.z.max(0.0) * FRAC_1_PI;
+
+            let beta = v.beta.get(i) * v.rho.get(i);
+            let alive = (beta.x != 0.0) | (beta.y != 0.0) | (beta.z != 0.0);
+            v.beta.set(i, beta);
+            v.goes_on[i] = u32::from(above & alive);
+        }
+        if self.roulette {
+            for i in 0..v.lanes() {
+                let beta = v.beta.get(i);
+                let q = roulette_survival(beta.x.max(beta.y).max(beta.z).max(0.0), v.eta_scale[i]);
+                v.beta.set(i, beta / q);
+                v.goes_on[i] &= u32::from(v.u_lobe[1][i] < q);
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Many walks that advance together, a vertex at a time: the driver of batches.
+//!
+//! ```text
+//! while any walk goes on:   hits = RT(rays);   shadows = scatter(walks, hits);   L += contribution · V(shadows)
+//! ```
+//!
+//! The walks set out together, so all of them are at the same vertex. Each gives the same bits as alone ([`super::trace`]): what a walk
+//! computes does not depend on its company, and what it collects is summed in the same order.
+
+use super::{Context, PathSolver, PathState, ShadowQuery, Step, arrives};
+use crate::lanes::Lanes;
+use etendue_accel::Hit;
+use etendue_numerics::{Sampler, Spectrum};
+
+/// Walks, and the queues between the stages.
+#[derive(Default)]
+pub struct Crowd {
+    /// The walks.
+    pub walks: Vec<PathState>,
+    /// The numbers of each.
+    pub samplers: Vec<Sampler>,
+    /// Those that go on, by number.
+    pub going: Vec<u32>,
+    /// What the ray of each of those met.
+    pub hits: Vec<Option<Hit>>,
+    /// Those that go on from the vertex that is being made.
+    onward: Vec<u32>,
+    /// Connections to be tested, with the number of the walk.
+    shadows: Vec<(u32, ShadowQuery)>,
+    /// Memory of those steps that work on lanes.
+    pub(crate) lanes: Option<Lanes>,
+}
+
+impl Crowd {
+    /// Takes away all walks.
+    pub fn clear(&mut self) {
+        self.walks.clear();
+        self.samplers.clear();
+    }
+
+    /// Adds a walk about to leave the eye.
+    pub fn push(&mut self, eye: PathState, u: Sampler) {
+        self.walks.push(eye);
+        self.samplers.push(u);
+    }
+
+    /// Whether there are no walks.
+    pub fn is_empty(&self) -> bool {
+        self.walks.is_empty()
+    }
+
+    /// Notes what the step of walk `i` asks for.
+    #[inline]
+    pub fn take(&mut self, i: u32, step: &Step) {
+        if let Some(query) = &step.shadow {
+            self.shadows.push((i, *query));
+        }
+        if step.goes_on {
+            self.onward.push(i);
+        }
+    }
+
+    /// Traces all walks to their ends. What each collected is in its `l`; counts the rays.
+    pub fn trace(&mut self, solver: &impl PathSolver, c: &Context<'_>, rays: &mut u64) {
+        self.going.clear();
+        self.going.extend(0..self.walks.len() as u32);
+        while !self.going.is_empty() {
+            // RT.
+            self.hits.clear();
+            self.hits.extend(self.going.iter().map(|i| c.scene.intersect(&self.walks[*i as usize].ray)));
+            *rays += self.going.len() as u64;
+
+            // The next vertex.
+            solver.scatter_all(c, self);
+
+            // V.
+            *rays += self.shadows.len() as u64;
+            for (i, query) in self.shadows.drain(..) {
+                let walk = &mut self.walks[i as usize];
+                walk.l += arrives(c, &query, &walk.wl);
+            }
+            std::mem::swap(&mut self.going, &mut self.onward);
+            self.onward.clear();
+        }
+    }
+
+    /// What each walk collected.
+    pub fn collected(&self) -> impl Iterator<Item = Spectrum> {
+        self.walks.iter().map(|walk| walk.l)
+    }
+}
