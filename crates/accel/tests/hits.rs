@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Random, brute_force, cast, every_path, grid, soup};
+use common::{Random, brute_force, cast, cast_each, every_path, grid, soup};
 use etendue_accel::{BuildOptions, Builder, Hit};
 use etendue_numerics::{Ray, Vec3};
 use proptest::prelude::*;
@@ -43,6 +43,21 @@ proptest! {
                 prop_assert!(hit.u >= 0.0 && hit.v >= 0.0 && hit.u + hit.v <= 1.0 + 1e-6);
             }
         }
+    }
+
+    /// Many rays at once hit what each hits alone: small trees and large ones, rays of all kinds, some of them no rays at all.
+    #[test]
+    fn company_does_not_matter(seed in any::<u64>(), n in 1_usize..150, count in 0_usize..300) {
+        let mut random = Random::new(seed);
+        let accels = every_path(&soup(n, &mut random).accel(&BuildOptions::default()));
+        let rays: Vec<Ray> = (0..count)
+            .map(|i| {
+                let d = if i % 7 == 0 { [Vec3::X, -Vec3::Y, Vec3::Z][i % 3] } else { random.direction() };
+                let o = if i % 31 == 0 { Vec3::splat(f32::NAN) } else { random.cube() };
+                Ray::new(o, d).until(if i % 5 == 0 { random.unit() } else { f32::INFINITY })
+            })
+            .collect();
+        accels.iter().for_each(|accel| cast_each(accel, &rays));
     }
 
     /// t_max is where a ray ends: open at the hit itself, and the hit before it does not depend on it.

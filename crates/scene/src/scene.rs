@@ -59,6 +59,16 @@ impl Scene {
         self.accel.closest(ray, &self.surfaces)
     }
 
+    /// RT of many rays, in their order.
+    pub fn intersect_each(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        self.accel.closest_each(rays, &self.surfaces, hits);
+    }
+
+    /// Whether anything stands in the way of each ray, null and mask surfaces included.
+    pub fn occluded_each(&self, rays: &[Ray], occluded: &mut Vec<bool>) {
+        self.accel.occluded_each(rays, &self.surfaces, occluded);
+    }
+
     /// The surface at a hit, seen along `ray`.
     #[inline(always)] // as a return value it would go through memory
     pub fn interaction(&self, ray: &Ray, hit: &Hit) -> Interaction {

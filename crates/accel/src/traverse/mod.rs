@@ -11,6 +11,8 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod careful;
+#[cfg(target_arch = "x86_64")]
+mod packet;
 mod plain;
 mod setup;
 mod stack;
@@ -97,25 +99,38 @@ pub enum Path {
     Plain,
     /// AVX2: eight lanes on x86-64 processors since 2013.
     Avx2,
+    /// AVX-512: as AVX2, but for many rays through a small tree, which go in packets of sixteen.
+    Avx512,
 }
 
 impl Path {
     /// The fastest that this machine can run.
     pub fn best() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-        {
-            return Self::Avx2;
-        }
-        Self::Plain
+        [Self::Avx512, Self::Avx2].into_iter().find(|path| path.is_available()).unwrap_or(Self::Plain)
     }
 
     /// Whether this machine can run it.
     pub fn is_available(self) -> bool {
-        self == Self::Plain || self == Self::best()
+        match self {
+            Self::Plain => true,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+            }
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                Self::Avx2.is_available()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
+            #[cfg(not(target_arch = "x86_64"))]
+            _ => false,
+        }
     }
 }
 
@@ -133,6 +148,76 @@ pub(crate) fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) ->
     enter_occluded(accel, ray, shapes, accel.path)
 }
 
+/// The nearest hit of each ray; `found` hears of them in any order, by the ray's place.
+pub(crate) fn closest_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes: &S, mut found: impl FnMut(usize, Option<Nearest>)) {
+    #[cfg(target_arch = "x86_64")]
+    if packets_pay(accel) {
+        in_packets(rays, |kind, these| {
+            // SAFETY: the path tells that the instructions are there.
+            let packet = unsafe { packet::closest(&accel.tree, kind, these.iter().map(|i| &rays[*i as usize])) };
+            for (lane, i) in these.iter().enumerate() {
+                let i = *i as usize;
+                let hit = if packet.again >> lane & 1 != 0 {
+                    closest(accel, &rays[i], shapes)
+                } else if packet.hit >> lane & 1 != 0 {
+                    let (t, u, v, item) = (packet.t[lane], packet.u[lane], packet.v[lane], packet.item[lane]);
+                    Some(Nearest { t, u, v, instance: u32::MAX, item, primitive: 0, is_hit: true })
+                } else {
+                    None
+                };
+                found(i, hit);
+            }
+        });
+        rays.iter().enumerate().filter(|(_, ray)| !setup::is_ordinary(ray)).for_each(|(i, ray)| found(i, closest(accel, ray, shapes)));
+        return;
+    }
+    rays.iter().enumerate().for_each(|(i, ray)| found(i, closest(accel, ray, shapes)));
+}
+
+/// Whether each ray hits anything; `found` hears of those that do, in any order, by the ray's place.
+pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes: &S, mut found: impl FnMut(usize)) {
+    let mut singly = |i: usize| {
+        if occluded(accel, &rays[i], shapes) {
+            found(i);
+        }
+    };
+    #[cfg(target_arch = "x86_64")]
+    if packets_pay(accel) {
+        let mut stopped = Vec::with_capacity(rays.len());
+        in_packets(rays, |kind, these| {
+            // SAFETY: the path tells that the instructions are there.
+            let (hit, again) = unsafe { packet::occluded(&accel.tree, kind, these.iter().map(|i| &rays[*i as usize])) };
+            for (lane, i) in these.iter().enumerate() {
+                if hit >> lane & 1 != 0 {
+                    stopped.push(*i as usize);
+                } else if again >> lane & 1 != 0 {
+                    singly(*i as usize);
+                }
+            }
+        });
+        (0..rays.len()).filter(|i| !setup::is_ordinary(&rays[*i])).for_each(&mut singly);
+        stopped.into_iter().for_each(found);
+        return;
+    }
+    (0..rays.len()).for_each(singly);
+}
+
+/// Whether many rays are better cast in packets.
+#[cfg(target_arch = "x86_64")]
+fn packets_pay(accel: &Accel) -> bool {
+    accel.path == Path::Avx512 && accel.ordinary && accel.others.is_empty() && accel.tree.nodes.len() <= packet::MOST_NODES
+}
+
+/// Hands over the places of ordinary rays, up to sixteen of one kind at a time.
+#[cfg(target_arch = "x86_64")]
+fn in_packets(rays: &[Ray], mut cast: impl FnMut(usize, &[u32])) {
+    let mut order = Vec::new();
+    let starts = packet::sort(rays.iter().map(|ray| setup::is_ordinary(ray).then(|| packet::kind(ray))), &mut order);
+    for (kind, ends) in starts.windows(2).enumerate() {
+        order[ends[0]..ends[1]].chunks(packet::RAYS).for_each(|these| cast(kind, these));
+    }
+}
+
 #[inline(always)]
 fn enter_closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest, path: Path) {
     if !(accel.ordinary && setup::is_ordinary(ray)) {
@@ -143,7 +228,7 @@ fn enter_closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance
     }
     match path {
         #[cfg(target_arch = "x86_64")]
-        Path::Avx2 => avx2::Avx2::closest(accel, ray, shapes, instance, nearest),
+        Path::Avx2 | Path::Avx512 => avx2::Avx2::closest(accel, ray, shapes, instance, nearest),
         _ => plain::Plain::closest(accel, ray, shapes, instance, nearest),
     }
 }
@@ -155,7 +240,7 @@ fn enter_occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, path: P
     }
     match path {
         #[cfg(target_arch = "x86_64")]
-        Path::Avx2 => avx2::Avx2::occluded(accel, ray, shapes),
+        Path::Avx2 | Path::Avx512 => avx2::Avx2::occluded(accel, ray, shapes),
         _ => plain::Plain::occluded(accel, ray, shapes),
     }
 }

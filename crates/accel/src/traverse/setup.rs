@@ -8,7 +8,7 @@ pub(crate) const ORDINARY: f32 = 1e18;
 
 /// The relative error that boxes must forgive, in each of entry and exit: three roundings of their own (difference, reciprocal, product),
 /// four of the triangle test (two differences, the shear and its product) and one for the slack itself.
-const SLACK: f32 = 8.0 * (f32::EPSILON / 2.0);
+pub(super) const SLACK: f32 = 8.0 * (f32::EPSILON / 2.0);
 
 /// Whether the numbers of the ray are ordinary: no overflow can happen in f32.
 #[inline(always)]
@@ -22,6 +22,19 @@ pub(super) fn is_ordinary(ray: &Ray) -> bool {
 #[cold]
 pub(super) fn is_sound(ray: &Ray) -> bool {
     ray.o.is_finite() && ray.d.is_finite() && ray.d != Vec3::ZERO
+}
+
+/// The axis of the component of greatest size.
+#[inline(always)]
+pub(super) fn largest_axis(d: [f32; 3]) -> usize {
+    let size = d.map(f32::abs);
+    if size[0] > size[1] {
+        if size[0] > size[2] { 0 } else { 2 }
+    } else if size[1] > size[2] {
+        1
+    } else {
+        2
+    }
 }
 
 /// A prepared ray, in scalars.
@@ -47,14 +60,7 @@ impl Setup {
         // Along an axis where d is 0 this is ±∞: planes are met at ±∞, and one that holds the origin at 0 · ∞, which is no number. The
         // kernels' minima and maxima pass over that (or drop a neighbour with it): who runs along a box's side meets the box.
         let inverse = d.map(|d| 1.0 / d);
-        let size = d.map(f32::abs);
-        let z = if size[0] > size[1] {
-            if size[0] > size[2] { 0 } else { 2 }
-        } else if size[1] > size[2] {
-            1
-        } else {
-            2
-        };
+        let z = largest_axis(d);
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         let row = |a: usize| 2 * a + usize::from(inverse[a] < 0.0);
         Self {

@@ -163,13 +163,27 @@ pub fn cast(accels: &[Accel], ray: &Ray) -> Option<Hit> {
         let other = accel.closest(ray, &NoShapes);
         assert_eq!(bits(hit), bits(other), "{:?} disagrees on {ray:?}", accel.path());
         assert_eq!(accel.occluded(ray, &NoShapes), hit.is_some(), "any-hit, {:?}, {ray:?}", accel.path());
+        cast_each(accel, &[*ray]);
     }
     hit
 }
 
+/// Casts many rays at once, and asks for the hits of each alone.
+pub fn cast_each(accel: &Accel, rays: &[Ray]) {
+    let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+    accel.closest_each(rays, &NoShapes, &mut hits);
+    accel.occluded_each(rays, &NoShapes, &mut occluded);
+    assert_eq!((hits.len(), occluded.len()), (rays.len(), rays.len()));
+    for ((ray, hit), occluded) in rays.iter().zip(hits).zip(occluded) {
+        let alone = accel.closest(ray, &NoShapes);
+        assert_eq!(bits(hit), bits(alone), "{:?} disagrees with itself on {ray:?} among {}", accel.path(), rays.len());
+        assert_eq!(occluded, alone.is_some(), "any-hit, {:?}, {ray:?} among {}", accel.path(), rays.len());
+    }
+}
+
 /// One tree, cast in every way this machine has.
 pub fn every_path(accel: &Accel) -> Vec<Accel> {
-    [Path::Plain, Path::Avx2].into_iter().filter_map(|p| accel.clone().with_path(p)).collect()
+    [Path::Plain, Path::Avx2, Path::Avx512].into_iter().filter_map(|p| accel.clone().with_path(p)).collect()
 }
 
 type Bits = (u32, u32, u32, u32, u32, u32);

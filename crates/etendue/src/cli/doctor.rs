@@ -18,6 +18,7 @@ pub fn run(_: &DoctorArguments) -> Done {
     row("version", format!("{}, {build}", software()));
     row("system", format!("{}, {}", std::env::consts::OS, std::env::consts::ARCH));
     let rays = match Path::best() {
+        Path::Avx512 => "eight boxes or triangles at a time (AVX2), in small scenes sixteen rays (AVX-512)",
         Path::Avx2 => "eight boxes or triangles at a time (AVX2)",
         Path::Plain => "plain code (this processor has no AVX2): same pictures, slower",
     };

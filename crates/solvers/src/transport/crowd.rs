@@ -10,7 +10,7 @@
 use super::{Context, PathSolver, PathState, ShadowQuery, Step, arrives};
 use crate::lanes::Lanes;
 use etendue_accel::Hit;
-use etendue_numerics::{Sampler, Spectrum};
+use etendue_numerics::{Ray, Sampler, Spectrum};
 
 /// Walks, and the queues between the stages.
 #[derive(Default)]
@@ -27,6 +27,8 @@ pub struct Crowd {
     onward: Vec<u32>,
     /// Connections to be tested, with the number of the walk.
     shadows: Vec<(u32, ShadowQuery)>,
+    rays: Vec<Ray>,
+    occluded: Vec<bool>,
     /// Memory of those steps that work on lanes.
     pub(crate) lanes: Option<Lanes>,
 }
@@ -66,8 +68,9 @@ impl Crowd {
         self.going.extend(0..self.walks.len() as u32);
         while !self.going.is_empty() {
             // RT.
-            self.hits.clear();
-            self.hits.extend(self.going.iter().map(|i| c.scene.intersect(&self.walks[*i as usize].ray)));
+            self.rays.clear();
+            self.rays.extend(self.going.iter().map(|i| self.walks[*i as usize].ray));
+            c.scene.intersect_each(&self.rays, &mut self.hits);
             *rays += self.going.len() as u64;
 
             // The next vertex.
@@ -75,12 +78,28 @@ impl Crowd {
 
             // V.
             *rays += self.shadows.len() as u64;
+            self.connect(c);
+            std::mem::swap(&mut self.going, &mut self.onward);
+            self.onward.clear();
+        }
+    }
+
+    /// Adds what of the connections arrives.
+    fn connect(&mut self, c: &Context<'_>) {
+        if c.scene.has_transparent {
             for (i, query) in self.shadows.drain(..) {
                 let walk = &mut self.walks[i as usize];
                 walk.l += arrives(c, &query, &walk.wl);
             }
-            std::mem::swap(&mut self.going, &mut self.onward);
-            self.onward.clear();
+            return;
+        }
+        self.rays.clear();
+        self.rays.extend(self.shadows.iter().map(|(_, query)| query.ray));
+        c.scene.occluded_each(&self.rays, &mut self.occluded);
+        for ((i, query), occluded) in self.shadows.drain(..).zip(&self.occluded) {
+            if !occluded && c.rules.counts(query.edges) {
+                self.walks[i as usize].l += query.contribution;
+            }
         }
     }
 
