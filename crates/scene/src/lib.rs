@@ -21,12 +21,12 @@ pub mod shape;
 pub mod texture;
 
 pub use compile::{CompileOptions, compile};
-pub use emitter::{Emitter, LightReference, LightSample, Lights};
+pub use emitter::{Emitter, LightReference, LightSample, Lights, Lone};
 pub use ids::{EmitterId, MaterialId, NO_INSTANCE, SurfaceId, TextureId};
 pub use interaction::Interaction;
 pub use material::Material;
 pub use scene::Scene;
 pub use sensor::{CameraRay, Sensor};
 pub use settings::{FilmSettings, Integrator, SamplerSettings, View};
-pub use shape::{Geometry, Shape, Surface};
+pub use shape::{Geometry, Shape, Surface, SurfaceFrame, Triangle};
 pub use texture::{ColorSlot, ScalarSlot, Texture, TextureContext};

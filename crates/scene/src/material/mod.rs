@@ -222,29 +222,17 @@ impl Material {
         self.add(&Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) }, 1.0, to);
     }
 
-    /// Whether it is Lambert's on both sides, or on the front and black behind: what drivers of many walks at once treat on lanes.
+    /// ρ of a surface that is Lambert's, and whether its back is a front as well; `None` for all others. What drivers of many walks treat on lanes.
     #[inline]
-    pub fn is_lambert(&self, scene: &Scene) -> bool {
+    pub fn lambert<'a>(&'a self, scene: &'a Scene) -> Option<(&'a ColorSlot, bool)> {
         match self {
-            Self::Diffuse(_) => true,
-            Self::TwoSided(t) => t.nested().iter().all(|m| matches!(scene.material(*m), Self::Diffuse(_))),
-            _ => false,
+            Self::Diffuse(diffuse) => Some((&diffuse.reflectance, false)),
+            Self::TwoSided(t) => match scene.material(t.same_on_both_sides()?) {
+                Self::Diffuse(diffuse) => Some((&diffuse.reflectance, true)),
+                _ => None,
+            },
+            _ => None,
         }
-    }
-
-    /// ρ of Lambert's surface at x, and whether its back is looked at as if it were a front; `None` for all other materials.
-    #[inline]
-    pub fn lambert(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Option<(Spectrum, bool)> {
-        let (diffuse, turned) = match self {
-            Self::Diffuse(diffuse) => (diffuse, false),
-            Self::TwoSided(t) => {
-                let turned = x.wo_local().z < 0.0;
-                let Self::Diffuse(diffuse) = scene.material(t.nested()[usize::from(turned)]) else { return None };
-                (diffuse, turned)
-            }
-            _ => return None,
-        };
-        Some((diffuse.reflectance_at(&scene.texture_context(x), wl), turned))
     }
 
     /// Whether light may pass straight through, as if nothing were there.

@@ -22,10 +22,11 @@ impl TwoSided {
 }
 
 impl TwoSided {
-    /// The materials of front and back.
+    /// The material, where front and back share it.
     #[inline]
-    pub(super) fn nested(&self) -> [MaterialId; 2] {
-        self.nested
+    pub(super) fn same_on_both_sides(&self) -> Option<MaterialId> {
+        let [front, back] = self.nested;
+        (front == back).then_some(front)
     }
 }
 

@@ -82,6 +82,19 @@ impl Mesh {
         self
     }
 
+    /// Normal and error bound of a triangle: see [`Face`].
+    #[inline(always)]
+    pub(super) fn face(&self, triangle: u32) -> (Vec3, f32) {
+        let Face { n, error } = self.faces[triangle as usize];
+        (n, error)
+    }
+
+    /// The triangle's number as a primitive: a quadrilateral is one.
+    #[inline]
+    pub fn primitive(&self, triangle: u32) -> u32 {
+        if self.quad.is_some() { 0 } else { triangle }
+    }
+
     /// The corners of a triangle.
     #[inline]
     pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
@@ -130,7 +143,7 @@ impl Mesh {
             (n, ns) = (-n, -ns);
         }
         let uv = if self.uvs.is_empty() { bary } else { interpolate(&self.uvs, index, b) };
-        SurfacePoint { p, p_error, n, ns, uv, primitive: if self.quad.is_some() { 0 } else { triangle }, bary, pdf_a: 0.0 }
+        SurfacePoint { p, p_error, n, ns, uv, primitive: self.primitive(triangle), bary, pdf_a: 0.0 }
     }
 
     /// ∂p/∂u and ∂p/∂v of a triangle; any tangents where its texture coordinates do not span the plane.

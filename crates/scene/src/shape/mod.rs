@@ -15,6 +15,7 @@ mod quadratic;
 pub mod sample;
 mod sdf_grid;
 mod sphere;
+mod triangle;
 mod trilinear;
 
 pub use cylinder::Cylinder;
@@ -23,6 +24,8 @@ pub use mesh::Mesh;
 pub use sample::SurfacePoint;
 pub use sdf_grid::SdfGrid;
 pub use sphere::Sphere;
+pub use triangle::{SurfaceFrame, Triangle};
+pub(crate) use patch::FarRectangle;
 
 use crate::ids::{EmitterId, MaterialId, SurfaceId};
 use crate::interaction::Interaction;

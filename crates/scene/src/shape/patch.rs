@@ -5,9 +5,9 @@
 //! it is hangs on the patch and the place it is seen from alone, so a density can be told of any point ([`Mesh::patch_seen`]).
 
 use super::mesh::{Mesh, cross};
-use super::{SurfacePoint, sample};
+use super::{SurfacePoint, Triangle, sample};
 use crate::interaction::Interaction;
-use etendue_numerics::math::ONE_MINUS_EPSILON;
+use etendue_numerics::math::{ONE_MINUS_EPSILON, gamma};
 use etendue_numerics::warp::{SphericalRectangle, SphericalTriangle, square_to_triangle};
 use etendue_numerics::{Vec2, Vec3};
 use glam::DVec3;
@@ -261,6 +261,53 @@ fn barycentrics(corners: [Vec3; 3], from: Vec3, w: Vec3) -> Vec2 {
     let inside = inside / inside.element_sum();
     // Edge-on nothing tells where: the middle is as good a point as any.
     if inside.is_finite() { Vec2::new(inside.y as f32, inside.z as f32) } else { Vec2::splat(1.0 / 3.0) }
+}
+
+/// A flat rectangle by value, seen from far enough to be drawn by area: [`Mesh::patch_by_direction`] without branches, the same bits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FarRectangle {
+    middle: Vec3,
+    near2: f32,
+    pdf_a: f32,
+    bary: [[Vec2; 3]; 2],
+    triangles: [Triangle; 2],
+}
+
+impl FarRectangle {
+    /// The rectangle that a mesh is.
+    pub fn of(mesh: &Mesh) -> Option<Self> {
+        let quad = mesh.quad.as_ref()?;
+        let rectangle = quad.rectangle?;
+        let triangles = [mesh.triangle(0), mesh.triangle(1)];
+        let flat = triangles.iter().all(|t| t.error >= 0.0) && quad.area > 0.0;
+        let (middle, near2) = (quad.middle, NEAR * NEAR * quad.radius2);
+        flat.then_some(Self { middle, near2, pdf_a: 1.0 / quad.area, bary: rectangle.bary, triangles })
+    }
+
+    /// Whether it is so near that it is not drawn by area.
+    #[inline(always)]
+    pub fn is_near(&self, from: Vec3) -> bool {
+        (self.middle - from).length_squared() <= self.near2
+    }
+
+    /// A point uniform by area, its error bound and normal, and its density at `from`, 1/sr; zero where it cannot be drawn.
+    #[inline(always)]
+    pub fn sample(&self, from: Vec3, u: Vec2) -> (Vec3, Vec3, Vec3, f32) {
+        let second = u.x + u.y > 1.0;
+        let either = |a: Vec2, b: Vec2| if second { b } else { a };
+        let [at_zero, along_x, along_y] = [0, 1, 2].map(|i| either(self.bary[0][i], self.bary[1][i]));
+        let bary = at_zero + along_x * u.x + along_y * u.y;
+        let b = [1.0 - bary.x - bary.y, bary.x, bary.y];
+        let [first, other] = &self.triangles;
+        let corner = |i: usize| if second { other.corners[i] } else { first.corners[i] };
+        let [q0, q1, q2] = [corner(0) * b[0], corner(1) * b[1], corner(2) * b[2]];
+        let p = q0 + q1 + q2;
+        let error = if second { other.error } else { first.error };
+        let p_error = (q0.abs() + q1.abs() + q2.abs()) * gamma(7) + Vec3::splat(error.abs());
+        let n = if second { other.n } else { first.n };
+        let n = if first.flipped { -n } else { n };
+        (p, p_error, n, sample::to_solid_angle(self.pdf_a, from, p, n))
+    }
 }
 
 #[cfg(test)]

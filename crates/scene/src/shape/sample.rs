@@ -49,7 +49,7 @@ pub(crate) fn sample_direction_by_area(point: SurfacePoint, from: Vec3) -> Optio
 }
 
 /// p_A → p_w; zero where the surface is seen edge-on or the density is not finite.
-#[inline]
+#[inline(always)]
 pub(crate) fn to_solid_angle(pdf_a: f32, x: Vec3, y: Vec3, n: Vec3) -> f32 {
     let pdf_w = etendue_numerics::measure::area_to_solid_angle(pdf_a, x, y, n);
     if pdf_w.is_finite() { pdf_w } else { 0.0 }

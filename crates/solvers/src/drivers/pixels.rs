@@ -6,7 +6,11 @@ use crate::solver::{Estimates, Needs, Solver};
 use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
+<<<<<<< HEAD
 use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths};
+=======
+use etendue_numerics::{Dim, Ray, Sampler, Spectrum, Vec2, Wavelengths, wide};
+>>>>>>> 08e9cfc (Lanes: triangles, a lone lamp)
 use etendue_scene::{FilmSettings, Scene, SurfaceId};
 use std::ops::Range;
 use std::sync::PoisonError;
@@ -183,11 +187,17 @@ fn fill(
     let todo = || tiles.clone().filter(|index| !work.units.is_done(*index));
     let mut positions = Vec::with_capacity(CROWD);
     crowd.clear();
-    for [x, y] in todo().flat_map(|index| tiling.pixels(index)) {
-        let u = plan.sampler(run, x + view.film.crop_offset[0], y + view.film.crop_offset[1]);
-        let (position, eye) = camera_ray(c, run, &view.film, [x, y], &u);
-        positions.push(position);
-        crowd.push(eye, u);
+    let pixels: Vec<_> = todo().flat_map(|index| tiling.pixels(index)).collect();
+    let [offset_x, offset_y] = view.film.crop_offset;
+    let [within_x, within_y] = &mut [[0.0; wide::PAD * 16]; 2];
+    for some in pixels.chunks(within_x.len()) {
+        let samplers: Vec<_> = some.iter().map(|[x, y]| plan.sampler(run, x + offset_x, y + offset_y)).collect();
+        Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
+        for (i, (pixel, u)) in some.iter().zip(samplers).enumerate() {
+            let (position, eye) = camera_ray_at(c, run, &view.film, *pixel, Vec2::new(within_x[i], within_y[i]), &u);
+            positions.push(position);
+            crowd.push(eye, u);
+        }
     }
     let mut rays = 0;
     solver.radiances(c, crowd, &mut rays);
@@ -218,7 +228,19 @@ fn fill(
 /// A walk about to leave the eye through pixel [x, y] of the picture, and its position there.
 #[inline]
 pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x, y]: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
-    let within = u.u2(Dim::at(0, slot::PIXEL));
+    camera_ray_at(c, run, film, [x, y], u.u2(Dim::at(0, slot::PIXEL)), u)
+}
+
+/// [`camera_ray`] through the place `within` the pixel.
+#[inline]
+fn camera_ray_at(
+    c: &Context<'_>,
+    run: &Run<'_>,
+    film: &FilmSettings,
+    [x, y]: [u32; 2],
+    within: Vec2,
+    u: &Sampler,
+) -> (Vec2, PathState) {
     // Far from zero the sum may round up to the next pixel: this one would go without, and stay black with a single sample.
     let below = |n: u32| (n as f32 + 1.0).next_down();
     let position = (Vec2::new(x as f32, y as f32) + within).min(Vec2::new(below(x), below(y)));
@@ -230,7 +252,9 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
 /// A walk about to leave the eye through a place of the full film, in pixels.
 #[inline]
 pub(crate) fn eye_walk(c: &Context<'_>, view: usize, on_film: Vec2, u: &impl Numbers) -> PathState {
-    let ray = c.scene.views[view].sensor.sample_ray(on_film, u.u2(Dim::at(0, slot::LENS)), u.u1(Dim::at(0, slot::TIME)));
+    let sensor = &c.scene.views[view].sensor;
+    let lens = if sensor.has_lens() { u.u2(Dim::at(0, slot::LENS)) } else { Vec2::ZERO };
+    let ray = sensor.sample_ray(on_film, lens, u.u1(Dim::at(0, slot::TIME)));
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
     PathState::start(seen, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb)
 }

@@ -5,21 +5,26 @@
 //!
 //! | stage | scalar step | lanes |
 //! | --- | --- | --- |
-//! | the vertex | `Scene::interaction`, `collect` | the same, walk by walk |
+//! | the vertex | `Scene::interaction` | [`place`]; gathering walk by walk |
 //! | random numbers | `Sampler::u2` | `Sampler::u2_each` |
-//! | a light | `Scene::sample_light` | the same, walk by walk |
+//! | a light | `Scene::sample_light` | [`light`]: a lone lamp; else the same, walk by walk |
 //! | its connection | `transport::connection` | [`connect`] |
 //! | the next direction | `Vertex::sample`, `PathState::turn` | [`turn`] |
 
 mod connect;
+mod light;
+mod place;
 mod turn;
 mod vertices;
 
 use crate::path_mis::PathMis;
-use crate::transport::{Context, Crowd, PathSolver, Step, slot};
+use crate::transport::{Context, Crowd, PathSolver, PathState, Step, slot};
 use connect::Connect;
-use etendue_numerics::{Dim, Sampler, Vec2, Wavelengths, wide};
-use etendue_scene::SurfaceId;
+use etendue_accel::Hit;
+use etendue_bsdf::{Scatter, lobes};
+use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths, wide};
+use etendue_scene::{ColorSlot, Lone, NO_INSTANCE, SurfaceId, TextureContext};
+use place::Place;
 use turn::Turn;
 use vertices::{Lane, Vertices};
 
@@ -36,41 +41,83 @@ impl Default for Lanes {
 pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) {
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
+    let lone = c.scene.lights.lone(c.scene);
     for k in 0..crowd.going.len() {
         let i = crowd.going[k];
         let (walk, u, hit) = (&mut crowd.walks[i as usize], &crowd.samplers[i as usize], crowd.hits[k]);
-        let lambert = hit.filter(|hit| {
-            let surface = c.scene.surface(SurfaceId(hit.geometry));
-            c.scene.material(surface.material).is_lambert(c.scene) && walk.edges < c.rules.max_edges && walk.wl == Wavelengths::Rgb
-        });
-        let Some(hit) = &lambert else {
+        let lambert = hit.as_ref().and_then(|hit| lambert(c, walk, hit));
+        let (Some(hit), Some((rho, two_sided))) = (&hit, lambert) else {
             let step = solver.scatter(c, walk, hit, u);
             crowd.take(i, &step);
             continue;
         };
-        let x = c.scene.interaction(&walk.ray, hit);
-        let surface = c.scene.surface(x.surface);
-        if surface.emitter.is_some() {
-            solver.collect(c, walk, Some(&x));
-        }
-        if let Some((rho, is_turned)) = c.scene.material(surface.material).lambert(c.scene, &x, &walk.wl) {
-            v.push(i, walk, u, &x, rho, is_turned);
-        }
+        gather(solver, c, v, i, walk, u, hit, rho, two_sided);
         if v.is_full() {
-            advance(solver, c, crowd, v);
+            advance(solver, c, crowd, v, lone.as_ref());
         }
     }
-    advance(solver, c, crowd, v);
+    advance(solver, c, crowd, v, lone.as_ref());
     crowd.lanes = Some(lanes);
 }
 
+/// ρ of the surface that is hit, and whether its back is a front as well, if the walk can go on in a lane.
+#[inline(always)]
+fn lambert<'a>(c: &Context<'a>, walk: &PathState, hit: &Hit) -> Option<(&'a ColorSlot, bool)> {
+    let in_time = walk.edges < c.rules.max_edges && walk.wl == Wavelengths::Rgb;
+    let material = c.scene.surface(SurfaceId(hit.geometry)).material;
+    if in_time { c.scene.material(material).lambert(c.scene) } else { None }
+}
+
+/// Puts a walk's vertex into a lane, and collects what shines there.
+#[expect(clippy::too_many_arguments, reason = "one half of a loop's body")]
+#[inline(always)]
+fn gather(
+    solver: &PathMis,
+    c: &Context<'_>,
+    v: &mut Vertices,
+    i: u32,
+    walk: &mut PathState,
+    u: &Sampler,
+    hit: &Hit,
+    rho: &ColorSlot,
+    two_sided: bool,
+) {
+    let surface = c.scene.surface(SurfaceId(hit.geometry));
+    if surface.emitter.is_some() {
+        let x = c.scene.interaction(&walk.ray, hit);
+        solver.collect(c, walk, Some(&x));
+    }
+    let at = |uv, primitive, bary| TextureContext { scene: c.scene, uv, surface: SurfaceId(hit.geometry), primitive, bary };
+    if let Some(mesh) = surface.shape.mesh().filter(|_| hit.instance == NO_INSTANCE) {
+        let (triangle, bary) = (mesh.triangle(hit.primitive), Vec2::new(hit.u, hit.v));
+        let rho = reflectance(rho, || at(triangle.uv(bary), mesh.primitive(hit.primitive), bary));
+        v.push(i, walk, u, rho, two_sided);
+        v.place_on(&triangle, bary);
+    } else {
+        let x = c.scene.interaction(&walk.ray, hit);
+        v.push(i, walk, u, reflectance(rho, || at(x.uv, x.primitive, x.bary)), two_sided);
+        v.place_at(&x);
+    }
+}
+
+/// ρ at a place, as the lobe has it.
+#[inline(always)]
+fn reflectance<'a>(rho: &ColorSlot, at: impl Fn() -> TextureContext<'a>) -> Spectrum {
+    let reflectance = match rho {
+        ColorSlot::Constant(color) => color.at(&Wavelengths::Rgb),
+        ColorSlot::Texture(_) => rho.eval(&at(), &Wavelengths::Rgb),
+    };
+    lobes::Diffuse::new(lobes::DiffuseParams { reflectance }).diffuse_reflectance()
+}
+
 /// Advances the walks in lanes, and empties them.
-fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertices) {
+fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertices, lone: Option<&Lone>) {
     if v.count() == 0 {
         return;
     }
     // All walks of a crowd are at the same vertex.
     let vertex = crowd.walks[v.walk[0] as usize].vertex;
+    wide::widest(Place(v));
 
     // Light that a light sample finds.
     if !c.scene.lights.is_alone() {
@@ -79,11 +126,7 @@ fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertice
         }
     }
     draw(&v.samplers, Dim::at(vertex, slot::LIGHT_POINT), &mut v.u_point);
-    for i in 0..v.count() {
-        let u = Vec2::new(v.u_point[0][i], v.u_point[1][i]);
-        let sample = c.scene.sample_light(&v.from[i], v.u_light[i], u, &Wavelengths::Rgb);
-        v.set_light(i, sample.as_ref());
-    }
+    light::sample(c, v, lone);
     wide::widest(Connect { vertices: v, heuristic: solver.heuristic });
 
     // The next direction.

@@ -1,8 +1,8 @@
 //! Vertices on Lambert's surfaces, side by side: one array a number, one place a walk.
 
 use crate::transport::{PathState, ShadowQuery, Throughput};
-use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec3, wide};
-use etendue_scene::{Interaction, LightReference, LightSample};
+use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, wide};
+use etendue_scene::{Interaction, LightReference, LightSample, SurfaceFrame, Triangle};
 
 /// Walks that are worked on together: as many as stay near by while they are.
 pub(super) const LANES: usize = 256;
@@ -35,7 +35,7 @@ impl Lane3 {
     }
 
     #[inline(always)]
-    fn set_spectrum(&mut self, i: usize, s: Spectrum) {
+    pub fn set_spectrum(&mut self, i: usize, s: Spectrum) {
         (self.0[0][i], self.0[1][i], self.0[2][i]) = (s.0.x, s.0.y, s.0.z);
     }
 }
@@ -62,14 +62,28 @@ pub(super) struct Lights {
     pub is_there: Flags,
 }
 
+/// The triangle that each vertex lies on, and where.
+pub(super) struct Triangles {
+    corners: [Lane3; 3],
+    normals: [Lane3; 3],
+    uvs: [[Lane; 2]; 3],
+    n: Lane3,
+    error: Lane,
+    has_uv: Flags,
+    flipped: Flags,
+    bary: [Lane; 2],
+    /// Whether there is none: the surface is known already.
+    placed: Flags,
+}
+
 /// The vertices: what is known of the surface, then what each stage finds.
 pub(super) struct Vertices {
     count: usize,
     /// The number of the walk.
     pub walk: Lane<u32>,
     pub samplers: Vec<Sampler>,
-    pub from: Vec<LightReference>,
     pub times: Lane,
+    triangles: Triangles,
 
     // The surface.
     pub p: Lane3,
@@ -79,9 +93,13 @@ pub(super) struct Vertices {
     pub t: Lane3,
     pub ns: Lane3,
     pub wo: Lane3,
+    /// The shading normal on the side of `wo`: what light sampling knows.
+    pub from_n: Lane3,
     /// ρ.
     pub rho: Lane3,
-    /// Whether the back is looked at as if it were a front.
+    /// Whether the back is a front as well.
+    pub two_sided: Flags,
+    /// Whether such a back is looked at.
     pub is_turned: Flags,
 
     // The walk.
@@ -115,8 +133,18 @@ impl Vertices {
             count: 0,
             walk: flags,
             samplers: Vec::with_capacity(LANES),
-            from: Vec::with_capacity(LANES),
             times: one,
+            triangles: Triangles {
+                corners: [three; 3],
+                normals: [three; 3],
+                uvs: [[one; 2]; 3],
+                n: three,
+                error: one,
+                has_uv: flags,
+                flipped: flags,
+                bary: [one; 2],
+                placed: flags,
+            },
             p: three,
             p_error: three,
             n: three,
@@ -124,7 +152,9 @@ impl Vertices {
             t: three,
             ns: three,
             wo: three,
+            from_n: three,
             rho: three,
+            two_sided: flags,
             is_turned: flags,
             beta: three,
             eta_scale: one,
@@ -146,7 +176,6 @@ impl Vertices {
     pub fn clear(&mut self) {
         self.count = 0;
         self.samplers.clear();
-        self.from.clear();
     }
 
     #[inline(always)]
@@ -164,26 +193,92 @@ impl Vertices {
         self.count.next_multiple_of(wide::PAD).min(LANES)
     }
 
-    /// Adds a walk's vertex at x, on a surface of reflectance `rho`, `is_turned` where the back is looked at as if it were a front.
+    /// Adds a walk's vertex on a surface of reflectance `rho`, whose back is a front as well if it is `two_sided`; where it is comes next.
     #[inline(always)]
-    pub fn push(&mut self, walk: u32, state: &PathState, u: &Sampler, x: &Interaction, rho: Spectrum, is_turned: bool) {
+    pub fn push(&mut self, walk: u32, state: &PathState, u: &Sampler, rho: Spectrum, two_sided: bool) {
         let i = self.count;
         self.count += 1;
         self.walk[i] = walk;
         self.samplers.push(*u);
-        self.from.push(LightReference::reflecting(x));
-        self.times[i] = x.time;
+        self.times[i] = state.ray.time;
+        self.wo.set(i, -state.ray.d);
+        self.rho.set_spectrum(i, rho);
+        self.two_sided[i] = u32::from(two_sided);
+        self.beta.set_spectrum(i, state.beta.carry(Spectrum::ONE));
+        self.eta_scale[i] = state.eta_scale;
+    }
+
+    /// Places the last vertex on a triangle.
+    #[inline(always)]
+    pub fn place_on(&mut self, triangle: &Triangle, bary: Vec2) {
+        let (i, t) = (self.count - 1, &mut self.triangles);
+        for k in 0..3 {
+            t.corners[k].set(i, triangle.corners[k]);
+        }
+        if triangle.error < 0.0 {
+            for k in 0..3 {
+                t.normals[k].set(i, triangle.normals[k]);
+            }
+        }
+        if triangle.has_uv {
+            for k in 0..3 {
+                (t.uvs[k][0][i], t.uvs[k][1][i]) = (triangle.uvs[k].x, triangle.uvs[k].y);
+            }
+        }
+        t.n.set(i, triangle.n);
+        t.error[i] = triangle.error;
+        (t.has_uv[i], t.flipped[i], t.placed[i]) = (u32::from(triangle.has_uv), u32::from(triangle.flipped), 0);
+        (t.bary[0][i], t.bary[1][i]) = (bary.x, bary.y);
+    }
+
+    /// Places the last vertex at x.
+    #[inline(always)]
+    pub fn place_at(&mut self, x: &Interaction) {
+        let i = self.count - 1;
+        self.triangles.placed[i] = 1;
+        self.set_surface(i, &SurfaceFrame { p: x.p, p_error: x.p_error, n: x.n, shading: x.shading });
+    }
+
+    /// The triangle of vertex i, and where on it; nothing to the point where it is placed already.
+    #[inline(always)]
+    pub fn triangle(&self, i: usize) -> (Triangle, Vec2) {
+        let t = &self.triangles;
+        let triangle = Triangle {
+            corners: [t.corners[0].get(i), t.corners[1].get(i), t.corners[2].get(i)],
+            normals: [t.normals[0].get(i), t.normals[1].get(i), t.normals[2].get(i)],
+            uvs: [0, 1, 2].map(|k| Vec2::new(t.uvs[k][0][i], t.uvs[k][1][i])),
+            n: t.n.get(i),
+            error: t.error[i],
+            has_uv: t.has_uv[i] != 0,
+            flipped: t.flipped[i] != 0,
+        };
+        (triangle, Vec2::new(t.bary[0][i], t.bary[1][i]))
+    }
+
+    #[inline(always)]
+    pub fn is_placed(&self, i: usize) -> bool {
+        self.triangles.placed[i] != 0
+    }
+
+    #[inline(always)]
+    pub fn surface(&self, i: usize) -> SurfaceFrame {
+        SurfaceFrame { p: self.p.get(i), p_error: self.p_error.get(i), n: self.n.get(i), shading: self.frame(i) }
+    }
+
+    #[inline(always)]
+    pub fn set_surface(&mut self, i: usize, x: &SurfaceFrame) {
         self.p.set(i, x.p);
         self.p_error.set(i, x.p_error);
         self.n.set(i, x.n);
         self.s.set(i, x.shading.s);
         self.t.set(i, x.shading.t);
         self.ns.set(i, x.shading.n);
-        self.wo.set(i, x.wo);
-        self.rho.set_spectrum(i, rho);
-        self.is_turned[i] = u32::from(is_turned);
-        self.beta.set_spectrum(i, state.beta.carry(Spectrum::ONE));
-        self.eta_scale[i] = state.eta_scale;
+    }
+
+    /// What light sampling may know of vertex i.
+    #[inline(always)]
+    pub fn from(&self, i: usize) -> LightReference {
+        LightReference { p: self.p.get(i), n: self.from_n.get(i), one_sided: true }
     }
 
     /// Notes the light sample of vertex i.
@@ -215,7 +310,7 @@ impl Vertices {
         state.beta = Throughput::ONE;
         state.beta.scatter(self.beta.spectrum(i));
         state.pdf = Pdf::SolidAngle(self.pdf[i]);
-        state.from = self.from[i];
+        state.from = self.from(i);
         state.edges += 1;
         state.vertex += 1;
     }

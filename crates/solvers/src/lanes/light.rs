@@ -1,0 +1,43 @@
+//! Points on the lights, on lanes where there is but one lamp: `Scene::sample_light`.
+
+use super::vertices::Vertices;
+use crate::transport::Context;
+use etendue_numerics::{Vec2, Wavelengths, wide};
+use etendue_scene::Lone;
+
+/// Chooses a light point for each vertex.
+pub(super) fn sample(c: &Context<'_>, v: &mut Vertices, lone: Option<&Lone>) {
+    if let Some(lamp) = lone {
+        wide::widest(OfLamp { v, lamp });
+    }
+    for i in 0..v.count() {
+        if lone.is_none_or(|lamp| lamp.is_near(v.p.get(i))) {
+            let u = Vec2::new(v.u_point[0][i], v.u_point[1][i]);
+            let sample = c.scene.sample_light(&v.from(i), v.u_light[i], u, &Wavelengths::Rgb);
+            v.set_light(i, sample.as_ref());
+        }
+    }
+}
+
+struct OfLamp<'a> {
+    v: &'a mut Vertices,
+    lamp: &'a Lone,
+}
+
+impl wide::Job for OfLamp<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let v = self.v;
+        for i in 0..v.lanes() {
+            let point = self.lamp.sample(v.p.get(i), Vec2::new(v.u_point[0][i], v.u_point[1][i]));
+            v.light.wi.set(i, point.wi);
+            v.light.p.set(i, point.p);
+            v.light.le.set_spectrum(i, self.lamp.le);
+            v.light.pdf[i] = point.pdf;
+            (v.light.is_delta[i], v.light.is_near[i]) = (0, 1);
+            v.light.is_there[i] = u32::from(point.is_there);
+        }
+    }
+}
