@@ -148,27 +148,32 @@ pub(crate) fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) ->
     enter_occluded(accel, ray, shapes, accel.path)
 }
 
-/// The nearest hit of each ray; `found` hears of them in any order, by the ray's place.
-pub(crate) fn closest_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes: &S, mut found: impl FnMut(usize, Option<Nearest>)) {
+/// The nearest hit of each ray that hits anything; `found` hears of them in any order, by the ray's place.
+pub(crate) fn closest_each<S: CustomShapes>(
+    accel: &Accel,
+    rays: &[Ray],
+    shapes: &S,
+    mut found: impl FnMut(usize, Option<Nearest>),
+) {
     #[cfg(target_arch = "x86_64")]
     if packets_pay(accel) {
-        in_packets(rays, |kind, these| {
+        packet::by_kind(rays, |kind, these| {
+            let Some(kind) = kind else {
+                these.iter().for_each(|i| found(*i as usize, closest(accel, &rays[*i as usize], shapes)));
+                return;
+            };
             // SAFETY: the path tells that the instructions are there.
             let packet = unsafe { packet::closest(&accel.tree, kind, these.iter().map(|i| &rays[*i as usize])) };
             for (lane, i) in these.iter().enumerate() {
                 let i = *i as usize;
-                let hit = if packet.again >> lane & 1 != 0 {
-                    closest(accel, &rays[i], shapes)
+                if packet.again >> lane & 1 != 0 {
+                    found(i, closest(accel, &rays[i], shapes));
                 } else if packet.hit >> lane & 1 != 0 {
                     let (t, u, v, item) = (packet.t[lane], packet.u[lane], packet.v[lane], packet.item[lane]);
-                    Some(Nearest { t, u, v, instance: u32::MAX, item, primitive: 0, is_hit: true })
-                } else {
-                    None
-                };
-                found(i, hit);
+                    found(i, Some(Nearest { t, u, v, instance: u32::MAX, item, primitive: 0, is_hit: true }));
+                }
             }
         });
-        rays.iter().enumerate().filter(|(_, ray)| !setup::is_ordinary(ray)).for_each(|(i, ray)| found(i, closest(accel, ray, shapes)));
         return;
     }
     rays.iter().enumerate().for_each(|(i, ray)| found(i, closest(accel, ray, shapes)));
@@ -176,46 +181,31 @@ pub(crate) fn closest_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes:
 
 /// Whether each ray hits anything; `found` hears of those that do, in any order, by the ray's place.
 pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes: &S, mut found: impl FnMut(usize)) {
-    let mut singly = |i: usize| {
-        if occluded(accel, &rays[i], shapes) {
-            found(i);
-        }
-    };
     #[cfg(target_arch = "x86_64")]
     if packets_pay(accel) {
-        let mut stopped = Vec::with_capacity(rays.len());
-        in_packets(rays, |kind, these| {
+        packet::by_kind(rays, |kind, these| {
+            let Some(kind) = kind else {
+                these.iter().map(|i| *i as usize).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(&mut found);
+                return;
+            };
             // SAFETY: the path tells that the instructions are there.
             let (hit, again) = unsafe { packet::occluded(&accel.tree, kind, these.iter().map(|i| &rays[*i as usize])) };
             for (lane, i) in these.iter().enumerate() {
-                if hit >> lane & 1 != 0 {
-                    stopped.push(*i as usize);
-                } else if again >> lane & 1 != 0 {
-                    singly(*i as usize);
+                let i = *i as usize;
+                if hit >> lane & 1 != 0 || again >> lane & 1 != 0 && occluded(accel, &rays[i], shapes) {
+                    found(i);
                 }
             }
         });
-        (0..rays.len()).filter(|i| !setup::is_ordinary(&rays[*i])).for_each(&mut singly);
-        stopped.into_iter().for_each(found);
         return;
     }
-    (0..rays.len()).for_each(singly);
+    (0..rays.len()).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(found);
 }
 
 /// Whether many rays are better cast in packets.
 #[cfg(target_arch = "x86_64")]
 fn packets_pay(accel: &Accel) -> bool {
     accel.path == Path::Avx512 && accel.ordinary && accel.others.is_empty() && accel.tree.nodes.len() <= packet::MOST_NODES
-}
-
-/// Hands over the places of ordinary rays, up to sixteen of one kind at a time.
-#[cfg(target_arch = "x86_64")]
-fn in_packets(rays: &[Ray], mut cast: impl FnMut(usize, &[u32])) {
-    let mut order = Vec::new();
-    let starts = packet::sort(rays.iter().map(|ray| setup::is_ordinary(ray).then(|| packet::kind(ray))), &mut order);
-    for (kind, ends) in starts.windows(2).enumerate() {
-        order[ends[0]..ends[1]].chunks(packet::RAYS).for_each(|these| cast(kind, these));
-    }
 }
 
 #[inline(always)]

@@ -9,10 +9,10 @@
 //! nearly zero) sends its rays the single way.
 
 use super::plain::TINY;
-use super::setup::{SLACK, largest_axis};
+use super::setup::{self, SLACK};
 use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
-use etendue_numerics::Ray;
 use arrayvec::ArrayVec as Stack;
+use etendue_numerics::Ray;
 use std::arch::x86_64::*;
 
 /// Rays of a packet.
@@ -40,31 +40,36 @@ pub(super) struct Found {
     pub again: u16,
 }
 
-/// Rays sorted by direction; `None` for one that is not ordinary.
-pub(super) fn sort<'a>(kinds: impl Iterator<Item = Option<u8>> + Clone, order: &'a mut Vec<u32>) -> [usize; KINDS + 1] {
-    let mut starts = [0; KINDS + 1];
-    kinds.clone().flatten().for_each(|k| starts[k as usize + 1] += 1);
-    for k in 0..KINDS {
+/// Hands over the places of the rays, up to sixteen of one kind at a time; rays that are not ordinary one by one, without a kind.
+pub(super) fn by_kind(rays: &[Ray], mut cast: impl FnMut(Option<usize>, &[u32])) {
+    let kind = |ray: &Ray| if setup::is_ordinary(ray) { kind(ray) } else { KINDS as u8 };
+    let kinds: Vec<u8> = rays.iter().map(kind).collect();
+    let mut starts = [0; KINDS + 2];
+    kinds.iter().for_each(|k| starts[*k as usize + 1] += 1);
+    for k in 0..=KINDS {
         starts[k + 1] += starts[k];
     }
-    order.clear();
-    order.resize(starts[KINDS], 0);
-    let mut next = starts;
-    for (i, kind) in kinds.enumerate() {
-        if let Some(k) = kind {
-            order[next[k as usize]] = i as u32;
-            next[k as usize] += 1;
-        }
+    let (mut order, mut next) = (vec![0; rays.len()], starts);
+    for (i, kind) in kinds.iter().enumerate() {
+        let place = &mut next[*kind as usize];
+        order[*place] = i as u32;
+        *place += 1;
     }
-    starts
+    for kind in 0..KINDS {
+        order[starts[kind]..starts[kind + 1]].chunks(RAYS).for_each(|these| cast(Some(kind), these));
+    }
+    order[starts[KINDS]..].chunks(1).for_each(|this| cast(None, this));
 }
 
-/// The octant and the largest axis of a direction.
+/// The octant and the largest axis of a direction: that of `setup::largest_axis`.
 #[inline(always)]
-pub(super) fn kind(ray: &Ray) -> u8 {
-    let d = ray.d.to_array();
-    let signs = (d[0].to_bits() >> 31) | (d[1].to_bits() >> 31) << 1 | (d[2].to_bits() >> 31) << 2;
-    (signs * 3) as u8 + largest_axis(d) as u8
+fn kind(ray: &Ray) -> u8 {
+    const AXES: [u8; 8] = [2, 2, 2, 0, 1, 2, 1, 0];
+    let [x, y, z] = ray.d.to_array();
+    let (a, b, c) = (x.abs(), y.abs(), z.abs());
+    let axis = AXES[usize::from(a > b) | usize::from(a > c) << 1 | usize::from(b > c) << 2];
+    let signs = (x.to_bits() >> 31) | (y.to_bits() >> 31) << 1 | (z.to_bits() >> 31) << 2;
+    signs as u8 * 3 + axis
 }
 
 /// Sixteen rays of one kind, prepared.
@@ -157,6 +162,17 @@ impl Packet {
         Candidates { u, v, w, depth: [a.2, b.2, c.2], lanes: lanes & inside }
     }
 
+    /// Which of the lanes that pierce a triangle do so after the origin and not after `best`, as far as the corners' depths tell: t is within them.
+    #[inline]
+    #[target_feature(enable = "avx512f,avx512dq,fma")]
+    fn in_reach(&self, c: &Candidates, best: __m512) -> __mmask16 {
+        let scaled = |i: usize| _mm512_mul_ps(c.depth[i], self.shear[2]);
+        let (a, b, c_) = (scaled(0), scaled(1), scaled(2));
+        let (first, last) = (_mm512_min_ps(_mm512_min_ps(a, b), c_), _mm512_max_ps(_mm512_max_ps(a, b), c_));
+        let ahead = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(c.lanes, last, _mm512_setzero_ps());
+        _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(ahead, first, best)
+    }
+
     /// t, u, v of a triangle, and the lanes that need a closer look instead.
     ///
     /// # Safety
@@ -237,10 +253,14 @@ pub(super) fn closest<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterator
         let corners = &tree.corners[start * ROWS..][..count * ROWS];
         for k in 0..count {
             // SAFETY: nine rows of `count` floats stand there, and k < count.
-            let (candidates, at) = unsafe {
+            let (mut candidates, at) = unsafe {
                 let at = corners.as_ptr().add(k);
                 (packet.pierced(at, count, lanes), at)
             };
+            if candidates.lanes == 0 {
+                continue;
+            }
+            candidates.lanes = packet.in_reach(&candidates, best);
             if candidates.lanes == 0 {
                 continue;
             }
@@ -298,10 +318,14 @@ pub(super) fn occluded<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterato
         let corners = &tree.corners[start * ROWS..][..count * ROWS];
         for k in 0..count {
             // SAFETY: nine rows of `count` floats stand there, and k < count.
-            let (candidates, at) = unsafe {
+            let (mut candidates, at) = unsafe {
                 let at = corners.as_ptr().add(k);
                 (packet.pierced(at, count, lanes), at)
             };
+            if candidates.lanes == 0 {
+                continue;
+            }
+            candidates.lanes = packet.in_reach(&candidates, packet.t_max);
             if candidates.lanes == 0 {
                 continue;
             }

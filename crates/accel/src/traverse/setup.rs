@@ -27,7 +27,7 @@ pub(super) fn is_sound(ray: &Ray) -> bool {
 /// The axis of the component of greatest size.
 #[inline(always)]
 pub(super) fn largest_axis(d: [f32; 3]) -> usize {
-    let size = d.map(f32::abs);
+    let size = [d[0].abs(), d[1].abs(), d[2].abs()];
     if size[0] > size[1] {
         if size[0] > size[2] { 0 } else { 2 }
     } else if size[1] > size[2] {
@@ -59,14 +59,14 @@ impl Setup {
         let (o, d) = (ray.o.to_array(), ray.d.to_array());
         // Along an axis where d is 0 this is ±∞: planes are met at ±∞, and one that holds the origin at 0 · ∞, which is no number. The
         // kernels' minima and maxima pass over that (or drop a neighbour with it): who runs along a box's side meets the box.
-        let inverse = d.map(|d| 1.0 / d);
+        let inverse = [1.0 / d[0], 1.0 / d[1], 1.0 / d[2]];
         let z = largest_axis(d);
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         let row = |a: usize| 2 * a + usize::from(inverse[a] < 0.0);
         Self {
             o,
-            near: inverse.map(|i| i * (1.0 - SLACK)),
-            far: inverse.map(|i| i * (1.0 + SLACK)),
+            near: [inverse[0] * (1.0 - SLACK), inverse[1] * (1.0 - SLACK), inverse[2] * (1.0 - SLACK)],
+            far: [inverse[0] * (1.0 + SLACK), inverse[1] * (1.0 + SLACK), inverse[2] * (1.0 + SLACK)],
             rows: [row(0), row(1), row(2)],
             axes: [x, y, z],
             shear: [d[x] * inverse[z], d[y] * inverse[z], inverse[z]],

@@ -20,7 +20,11 @@ pub fn square_to_disk(u: Vec2) -> Vec2 {
     let (sin, cos) = sin_cos_near(FRAC_PI_4 * (small / r));
     if r == 0.0 {
         Vec2::ZERO
-    } else if steep { Vec2::new(r * sin, r * cos) } else { Vec2::new(r * cos, r * sin) }
+    } else if steep {
+        Vec2::new(r * sin, r * cos)
+    } else {
+        Vec2::new(r * cos, r * sin)
+    }
 }
 
 /// The u that [`square_to_disk`] takes to `p`.

@@ -25,8 +25,9 @@ mod triangle;
 pub use disk::{disk_pdf, disk_to_square, square_to_disk};
 pub use rectangle::SphericalRectangle;
 pub use sphere::{
-    cone_pdf, cone_to_square, cosine_hemisphere_pdf, cosine_hemisphere_to_square, disk_to_cosine_hemisphere, hemisphere_pdf, hemisphere_to_square, sphere_pdf,
-    sphere_to_square, square_to_cone, square_to_cosine_hemisphere, square_to_hemisphere, square_to_sphere,
+    cone_pdf, cone_to_square, cosine_hemisphere_pdf, cosine_hemisphere_to_square, disk_to_cosine_hemisphere, hemisphere_pdf,
+    hemisphere_to_square, sphere_pdf, sphere_to_square, square_to_cone, square_to_cosine_hemisphere, square_to_hemisphere,
+    square_to_sphere,
 };
 pub use tent::{invert_tent, sample_tent, tent_pdf};
 pub use triangle::{SphericalTriangle, square_to_triangle, triangle_to_square};

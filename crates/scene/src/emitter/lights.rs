@@ -117,17 +117,16 @@ impl Lights {
         self.alone.is_some()
     }
 
-<<<<<<< HEAD
     /// Whether light samples find the emitter at all.
     pub fn is_sampled(&self, scene: &Scene, emitter: EmitterId) -> bool {
         let known = self.first[emitter.index()].is_some() || self.distant.iter().any(|d| d.emitter == emitter);
         known && scene.emitter(emitter).sampling_weight > 0.0
-=======
+    }
+
     /// The only light, where there is nothing to choose.
     #[inline]
     pub(super) fn alone(&self) -> Option<LightId> {
         self.alone
->>>>>>> 08e9cfc (Lanes: triangles, a lone lamp)
     }
 
     /// Flux Φ of all emitters, W.

@@ -97,8 +97,8 @@ impl Mesh {
 
     /// The corners of a triangle.
     #[inline]
-    pub(super) fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
-        triangle.map(|i| self.positions[i as usize])
+    pub(super) fn corners(&self, [i, j, k]: [u32; 3]) -> [Vec3; 3] {
+        [self.positions[i as usize], self.positions[j as usize], self.positions[k as usize]]
     }
 
     /// The number of an attribute, to be looked up by [`Mesh::attribute`].

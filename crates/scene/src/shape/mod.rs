@@ -21,11 +21,11 @@ mod trilinear;
 pub use cylinder::Cylinder;
 pub use disk::Disk;
 pub use mesh::Mesh;
+pub(crate) use patch::FarRectangle;
 pub use sample::SurfacePoint;
 pub use sdf_grid::SdfGrid;
 pub use sphere::Sphere;
 pub use triangle::{SurfaceFrame, Triangle};
-pub(crate) use patch::FarRectangle;
 
 use crate::ids::{EmitterId, MaterialId, SurfaceId};
 use crate::interaction::Interaction;

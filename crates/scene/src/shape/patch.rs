@@ -294,9 +294,8 @@ impl FarRectangle {
     #[inline(always)]
     pub fn sample(&self, from: Vec3, u: Vec2) -> (Vec3, Vec3, Vec3, f32) {
         let second = u.x + u.y > 1.0;
-        let either = |a: Vec2, b: Vec2| if second { b } else { a };
-        let [at_zero, along_x, along_y] = [0, 1, 2].map(|i| either(self.bary[0][i], self.bary[1][i]));
-        let bary = at_zero + along_x * u.x + along_y * u.y;
+        let either = |i: usize| if second { self.bary[1][i] } else { self.bary[0][i] };
+        let bary = either(0) + either(1) * u.x + either(2) * u.y;
         let b = [1.0 - bary.x - bary.y, bary.x, bary.y];
         let [first, other] = &self.triangles;
         let corner = |i: usize| if second { other.corners[i] } else { first.corners[i] };

@@ -6,11 +6,7 @@ use crate::solver::{Estimates, Needs, Solver};
 use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
-<<<<<<< HEAD
-use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths};
-=======
-use etendue_numerics::{Dim, Ray, Sampler, Spectrum, Vec2, Wavelengths, wide};
->>>>>>> 08e9cfc (Lanes: triangles, a lone lamp)
+use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths, wide};
 use etendue_scene::{FilmSettings, Scene, SurfaceId};
 use std::ops::Range;
 use std::sync::PoisonError;

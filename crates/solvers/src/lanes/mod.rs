@@ -42,22 +42,22 @@ pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) 
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
     let lone = c.scene.lights.lone(c.scene);
-    for k in 0..crowd.going.len() {
-        let i = crowd.going[k];
-        let (walk, u, hit) = (&mut crowd.walks[i as usize], &crowd.samplers[i as usize], crowd.hits[k]);
-        let lambert = hit.as_ref().and_then(|hit| lambert(c, walk, hit));
-        let (Some(hit), Some((rho, two_sided))) = (&hit, lambert) else {
-            let step = solver.scatter(c, walk, hit, u);
-            crowd.take(i, &step);
-            continue;
-        };
-        gather(solver, c, v, i, walk, u, hit, rho, two_sided);
+    let (going, hits) = (std::mem::take(&mut crowd.going), std::mem::take(&mut crowd.hits));
+    for (i, hit) in going.iter().zip(&hits) {
+        let (walk, u) = (&mut crowd.walks[*i as usize], &crowd.samplers[*i as usize]);
+        match hit.as_ref().and_then(|hit| Some((hit, lambert(c, walk, hit)?))) {
+            Some((hit, lambert)) => gather(solver, c, v, *i, walk, u, hit, lambert),
+            None => {
+                let step = solver.scatter(c, walk, *hit, u);
+                crowd.take(*i, &step);
+            }
+        }
         if v.is_full() {
             advance(solver, c, crowd, v, lone.as_ref());
         }
     }
     advance(solver, c, crowd, v, lone.as_ref());
-    crowd.lanes = Some(lanes);
+    (crowd.lanes, crowd.going, crowd.hits) = (Some(lanes), going, hits);
 }
 
 /// ρ of the surface that is hit, and whether its back is a front as well, if the walk can go on in a lane.
@@ -79,8 +79,7 @@ fn gather(
     walk: &mut PathState,
     u: &Sampler,
     hit: &Hit,
-    rho: &ColorSlot,
-    two_sided: bool,
+    (rho, two_sided): (&ColorSlot, bool),
 ) {
     let surface = c.scene.surface(SurfaceId(hit.geometry));
     if surface.emitter.is_some() {

@@ -243,10 +243,11 @@ impl Vertices {
     #[inline(always)]
     pub fn triangle(&self, i: usize) -> (Triangle, Vec2) {
         let t = &self.triangles;
+        let uv = |k: usize| Vec2::new(t.uvs[k][0][i], t.uvs[k][1][i]);
         let triangle = Triangle {
             corners: [t.corners[0].get(i), t.corners[1].get(i), t.corners[2].get(i)],
             normals: [t.normals[0].get(i), t.normals[1].get(i), t.normals[2].get(i)],
-            uvs: [0, 1, 2].map(|k| Vec2::new(t.uvs[k][0][i], t.uvs[k][1][i])),
+            uvs: [uv(0), uv(1), uv(2)],
             n: t.n.get(i),
             error: t.error[i],
             has_uv: t.has_uv[i] != 0,

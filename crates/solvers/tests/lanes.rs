@@ -1,0 +1,135 @@
+//! Many walks at once give the bits of each alone: the batched driver and path-mis on lanes against the scalar step, picture by picture.
+
+mod common;
+
+use common::*;
+use etendue_accel::Hit;
+use etendue_numerics::{Sampler, Spectrum};
+use etendue_scene::Scene;
+use etendue_solvers::drivers::PixelSolver;
+use etendue_solvers::path_mis::PathMis;
+use etendue_solvers::transport::{Context, Heuristic, PathSolver, PathState, Step, trace};
+use etendue_solvers::{PathRules, Stop};
+
+/// path-mis, one walk after the other.
+struct OneByOne(PathMis);
+
+impl PixelSolver for OneByOne {
+    fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
+        trace(&self.0, c, eye, u, rays)
+    }
+}
+
+/// path-mis in crowds, but with the scalar step.
+struct StepByStep(PathMis);
+
+impl PathSolver for StepByStep {
+    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        self.0.scatter(c, state, hit, u)
+    }
+}
+
+const SIZE: [u32; 2] = [40, 24];
+
+fn view() -> String {
+    camera_with("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, SIZE, r#"<rfilter type="gaussian"/>"#)
+}
+
+/// A box whose walls are coloured by `walls`, with `inside` in it.
+fn room(walls: &str, inside: &str) -> Scene {
+    scene(&format!(r#"{}<shape type="cube"><boolean name="flip_normals" value="true"/>{walls}</shape>{inside}"#, view()))
+}
+
+const LAMP: &str = r#"<shape type="rectangle">
+    <transform name="to_world"><rotate x="1" angle="90"/><scale x="0.4" z="0.3"/><translate y="0.95"/></transform>
+    <bsdf type="diffuse"/><emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>"#;
+
+/// The three ways give one picture, by both heuristics.
+fn must_be_equal(name: &str, scene: &Scene, rules: PathRules) {
+    for heuristic in [Heuristic::Power, Heuristic::Balance] {
+        let solver = PathMis { heuristic };
+        for stop in [Stop::Samples(3), Stop::Noise { percent: 1e-9, limit: 16 }] {
+            let job = Job { stop, ..samples(0).with(rules) };
+            let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
+            let alone = bits(render(scene, &OneByOne(solver), job).0);
+            assert!(alone.iter().any(|x| *x != 0), "{name} is black");
+            assert!(bits(render(scene, &StepByStep(solver), job).0) == alone, "{name}, {heuristic:?}, {stop:?}: crowds");
+            assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}: lanes");
+        }
+    }
+}
+
+#[test]
+fn a_lone_lamp_over_walls_glass_and_gold() {
+    let inside = r#"<shape type="sphere"><point name="center" value="-0.45, -0.6, 0.3"/><float name="radius" value="0.38"/>
+            <bsdf type="roughconductor"><string name="material" value="Au"/><float name="alpha" value="0.3"/></bsdf></shape>
+        <shape type="sphere"><point name="center" value="0.45, -0.6, 0"/><float name="radius" value="0.35"/><bsdf type="dielectric"/></shape>
+        <shape type="sphere"><point name="center" value="0, 0.1, 0.5"/><float name="radius" value="0.2"/>
+            <bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.3"/><rotate y="1" angle="160"/><translate y="0.4" z="0.2"/></transform>
+            <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.9, 0, 0.2"/></bsdf></bsdf></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.2"/><rotate x="1" angle="100"/><translate x="0.5" z="0.2"/></transform>
+            <bsdf type="twosided"><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf></shape>"#;
+    let scene = room(&diffuse(0.7), &format!("{LAMP}{inside}"));
+    must_be_equal("room", &scene, PathRules::default());
+    must_be_equal("two bounces", &scene, PathRules::default().with_bounces(2..=2));
+    must_be_equal("early roulette", &scene, PathRules { rr_depth: 1, max_edges: 4, hide_emitters: true, ..PathRules::default() });
+    must_be_equal("direct light", &scene, PathRules { max_edges: 2, ..PathRules::default() });
+}
+
+#[test]
+fn triangles_alone_in_a_small_tree() {
+    must_be_equal("a box", &room(&diffuse(0.5), LAMP), PathRules::default());
+    must_be_equal("no light but the walls'", &room(&format!("{}{}", diffuse(0.5), area("1, 2, 3")), ""), PathRules::default());
+}
+
+#[test]
+fn textures_masks_and_other_lights() {
+    let checks = r#"<bsdf type="twosided"><bsdf type="diffuse"><texture type="checkerboard" name="reflectance">
+        <rgb name="color0" value="0.8, 0.3, 0"/><rgb name="color1" value="0.1, 0.2, 0.6"/>
+        <transform name="to_uv"><scale value="5"/></transform></texture></bsdf></bsdf>"#;
+    let inside = r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><scale value="0.8"/><translate y="0.2"/></transform>
+            <bsdf type="mask"><texture type="checkerboard" name="opacity"><rgb name="color0" value="0.2"/><rgb name="color1" value="0.9"/></texture>
+                <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.2, 0.6, 0.6"/></bsdf></bsdf></bsdf></shape>
+        <shape type="cube"><transform name="to_world"><scale value="0.3"/><translate y="-0.6"/></transform><bsdf type="null"/></shape>
+        <emitter type="point"><point name="position" value="0.5, 0.5, 0"/><rgb name="intensity" value="0.6, 0.1, 0.1"/></emitter>
+        <shape type="sphere"><point name="center" value="0.3, -0.3, 0.4"/><float name="radius" value="0.1"/>
+            <emitter type="area"><rgb name="radiance" value="1, 1, 9"/></emitter></shape>"#;
+    let scene = room(checks, &format!("{LAMP}{inside}"));
+    for null_counts in [true, false] {
+        must_be_equal("masks", &scene, PathRules { null_counts, max_edges: 6, ..PathRules::default() });
+    }
+}
+
+#[test]
+fn a_sky_instances_and_bent_normals() {
+    let sky: Vec<[f32; 3]> = (0..128)
+        .map(|i| if matches!(i, 20 | 21 | 36 | 37) { [20.0, 16.0, 9.0] } else { [0.3, 0.4, 0.1 + 0.005 * i as f32] })
+        .collect();
+    // A pyramid whose vertex normals lean.
+    let text = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nvn -0.5 0.7 -0.5\nvn 0.5 0.7 -0.5\nvn 0.5 0.7 0.5\nvn -0.5 0.7 0.5\nvn 0 1 0\n\
+        vt 0 0\nvt 1 0\nvt 1 1\nvt 0.3 1\nvt 0.5 0.5\nf 1/1/1 5/5/5 2/2/2\nf 2/2/2 5/5/5 3/3/3\nf 3/3/3 5/5/5 4/4/4\nf 4/4/4 5/5/5 1/1/1\n";
+    let pyramid = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("lanes-pyramid.obj");
+    std::fs::write(&pyramid, text).expect("the folder for temporary files");
+    let scene = scene(&format!(
+        r#"{}
+            <emitter type="envmap"><string name="filename" value="{}"/></emitter>
+            <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform>{}</shape>
+            <shape type="obj"><string name="filename" value="{}"/><transform name="to_world"><scale value="0.5"/></transform>
+                <bsdf type="diffuse"><texture type="bitmap" name="reflectance"><string name="filename" value="{}"/></texture></bsdf></shape>
+            <shape type="shapegroup" id="group">
+                <shape type="cube"><transform name="to_world"><scale value="0.3"/></transform>{}</shape>
+                <shape type="sphere"><point name="center" value="0, 0.6, 0"/><float name="radius" value="0.3"/><bsdf type="roughdielectric"/></shape>
+            </shape>
+            <shape type="instance"><ref id="group"/><transform name="to_world"><translate x="0.9" y="0.35"/></transform></shape>
+            <shape type="instance"><ref id="group"/><transform name="to_world">
+                <scale x="-0.7" y="1.2" z="0.5"/><rotate y="1" angle="30"/><translate x="-0.9" y="0.4"/></transform></shape>"#,
+        camera_with("0, 1.5, -3", "0, 0.3, 0", "0, 1, 0", 50.0, SIZE, r#"<rfilter type="box"/>"#),
+        picture_file("lanes-sky", 16, &sky),
+        diffuse(0.5),
+        pyramid.display(),
+        picture_file("lanes-texture", 2, &[[0.9, 0.1, 0.2], [0.2, 0.8, 0.1], [0.3, 0.3, 0.9], [1.0, 0.5, 0.0]]),
+        diffuse(0.7),
+    ));
+    must_be_equal("sky", &scene, PathRules::default());
+}
