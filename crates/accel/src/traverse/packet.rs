@@ -115,7 +115,7 @@ impl Packet {
             near: scaled(1.0 - SLACK),
             far: scaled(1.0 + SLACK),
             t_max: column(6),
-            rows: [0, 1, 2].map(|a| 2 * a + (kind / 3 >> a & 1)),
+            rows: [0, 1, 2].map(|a| 2 * a + (((kind / 3) >> a) & 1)),
             axes: [x, y, z],
             shear: [_mm512_mul_ps(d[x], inverse[z]), _mm512_mul_ps(d[y], inverse[z]), inverse[z]],
             lanes,
