@@ -28,7 +28,7 @@ pub mod bidirectional;
 pub mod direct;
 pub mod distribution;
 pub mod drivers;
-pub mod lanes;
+mod lanes;
 pub mod light;
 pub mod light_nee;
 pub mod metropolis;

@@ -29,7 +29,7 @@ use turn::Turn;
 use vertices::{Lane, Vertices};
 
 /// Memory for the vertices, used again and again.
-pub struct Lanes(Box<Vertices>);
+pub(crate) struct Lanes(Box<Vertices>);
 
 impl Default for Lanes {
     fn default() -> Self {
