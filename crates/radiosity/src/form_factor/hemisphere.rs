@@ -15,9 +15,9 @@
 
 use super::tally::{REPLICATES, Strip, Tally};
 use super::{Cancelled, FormFactors, Matrix, Watch};
-use crate::patch::{NONE, Patches};
+use crate::patch::{NONE, PatchPoint, Patches};
 use etendue_numerics::warp::square_to_cosine_hemisphere;
-use etendue_numerics::{Frame, Net4, Ray, Vec2};
+use etendue_numerics::{Frame, Net4, Vec2, Vec3};
 use etendue_scene::Scene;
 use rayon::prelude::*;
 
@@ -106,7 +106,7 @@ fn row(
             let weight = x.weight as f32;
             sum += x.weight;
             let w = Frame::from_normal(x.n.as_vec3()).to_world(square_to_cosine_hemisphere(Vec2::new(u, v)));
-            match land(scene, patches, patches.spawn(i, &x, w)) {
+            match land(scene, patches, i, &x, w) {
                 Landing::Patch(j) => {
                     patch_tally.add(j, weight);
                     object_tally.add(patches.get(j).object, weight);
@@ -125,8 +125,12 @@ fn row(
 /// Surfaces without substance that a ray passes at most.
 const PASSES: usize = 64;
 
-/// What a ray meets, past surfaces that are not there.
-fn land(scene: &Scene, patches: &Patches, mut ray: Ray) -> Landing {
+/// What a ray from x on patch i meets, past surfaces that are not there.
+fn land(scene: &Scene, patches: &Patches, i: u32, x: &PatchPoint, w: Vec3) -> Landing {
+    if let Some(j) = patches.touching_at(i, x.p) {
+        return Landing::Patch(j);
+    }
+    let mut ray = patches.spawn(i, x, w);
     for _ in 0..PASSES {
         let Some(hit) = scene.intersect(&ray) else { return Landing::Escaped };
         if let Some(place) = patches.locate(&ray, &hit) {
@@ -138,6 +142,20 @@ fn land(scene: &Scene, patches: &Patches, mut ray: Ray) -> Landing {
         ray = scene.interaction(&ray, &hit).spawn(ray.d);
     }
     Landing::Absorbed
+}
+
+/// Rays a patch by which [`probe`] looks.
+const PROBES: usize = 64;
+
+/// Whether the scene is closed, as far as some rays can tell: none from any patch escapes or is absorbed by what is no patch.
+pub(super) fn probe(scene: &Scene, patches: &Patches) -> bool {
+    (0..patches.len() as u32).into_par_iter().all(|i| {
+        Net4::new(0, u64::from(i)).take(PROBES).all(|[u, v, s, t]| {
+            let x = patches.sample(i, Vec2::new(s, t));
+            let w = Frame::from_normal(x.n.as_vec3()).to_world(square_to_cosine_hemisphere(Vec2::new(u, v)));
+            matches!(land(scene, patches, i, &x, w), Landing::Patch(_))
+        })
+    })
 }
 
 /// Rows as they come in, one block after the other.

@@ -8,11 +8,16 @@
 //! is F itself. After a repair M is symmetric, l_i = x_i / A_i and r_j = x_j: reciprocity holds exactly whatever the rounding of M, and the x_i
 //! close the rows as far as double precision goes.
 
+mod area;
 mod hemisphere;
+mod pairs;
+pub mod polygon;
 mod repair;
 mod tally;
+mod visible;
 
 pub use hemisphere::{Hemisphere, hemisphere};
+pub use pairs::{Pairs, analytic, by_area};
 pub use repair::{CLOSED, Repair};
 pub use tally::REPLICATES;
 

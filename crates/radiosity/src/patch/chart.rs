@@ -143,6 +143,19 @@ impl Chart {
         }
     }
 
+    /// Points whose convex hull holds it, where it is flat.
+    pub(crate) fn hull(&self) -> Vec<DVec3> {
+        match self {
+            Self::Triangle { corners, .. } => corners.to_vec(),
+            Self::Quad { corners, .. } => corners.to_vec(),
+            Self::Round { shape: Round::Disk, to_world, .. } => {
+                let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+                corners.map(|(x, y)| to_world.transform_point3(DVec3::new(x, y, 0.0))).to_vec()
+            }
+            Self::Round { .. } => Vec::new(),
+        }
+    }
+
     /// Whether it lies in a plane.
     pub fn is_flat(&self) -> bool {
         !matches!(self, Self::Round { shape: Round::Sphere | Round::Cylinder, .. })

@@ -2,7 +2,7 @@
 
 use super::chart::{Chart, Round, Span};
 use super::grid::Grid;
-use super::{Cell, ChartEntry, Facet, NONE, Object, Patch, Patches, Side, optics};
+use super::{Cell, ChartEntry, Corners, NONE, Object, Patch, Patches, Side, optics};
 use etendue_bsdf::Event;
 use etendue_numerics::math::gamma;
 use etendue_numerics::{Spectrum, Transform};
@@ -10,6 +10,7 @@ use etendue_scene::shape::Mesh;
 use etendue_scene::{NO_INSTANCE, Scene, Shape, SurfaceId};
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// How large patches shall be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +87,7 @@ impl Patches {
             let cells = patches.charts[i].grid.cells();
             patches.cells.extend(cells.into_iter().map(cell));
         }
+        patches.inspect(scene);
         patches.number(scene);
         Ok(patches)
     }
@@ -116,6 +118,8 @@ impl Patches {
             patches: Vec::new(),
             not_diffuse: Vec::new(),
             obstacles: Vec::new(),
+            faults: Vec::new(),
+            contacts: BTreeMap::new(),
             facets: Vec::new(),
             instance_objects: Vec::new(),
             surface_objects: vec![NONE; scene.surfaces.len()],
@@ -192,7 +196,7 @@ impl Patches {
                 let n = (normal_map * n).normalize();
                 let chart = Chart::Quad { corners: quad.map(|p| place.transform_point3(p)), n };
                 let chart = self.add(chart, [k as u32, k as u32 + 1]);
-                self.facets.extend(facets.map(|corners| Facet { chart, corners }));
+                self.facets.extend(facets.map(|corners| Corners { chart, corners }));
                 k += 2;
                 continue;
             }
@@ -200,7 +204,7 @@ impl Patches {
                 let n = (normal_map * n).normalize();
                 self.add(Chart::Triangle { corners: a.map(|p| place.transform_point3(p)), n }, [k as u32; 2])
             });
-            self.facets.push(Facet { chart, corners: [0, 1, 2] });
+            self.facets.push(Corners { chart, corners: [0, 1, 2] });
             k += 1;
         }
         begin
@@ -270,6 +274,7 @@ impl Patches {
         let measured: Vec<_> = (0..self.len() as u32).into_par_iter().map(|i| self.measured(scene, i)).collect();
         self.patches = measured;
         self.look_up(scene);
+        self.find_contacts(scene);
     }
 
     fn number_below(&mut self, cell: u32, object: u32, sides: [bool; 2]) {

@@ -25,12 +25,14 @@
 
 pub mod chart;
 mod cut;
+mod faults;
 pub mod grid;
 mod optics;
 mod vertices;
 
 pub use chart::{Chart, Span};
 pub use cut::{Cutting, PatchSize, Sides, TooMany};
+pub use faults::{Facet, Fault};
 pub use optics::NotDiffuse;
 pub use vertices::{Hanging, Vertices};
 
@@ -40,6 +42,7 @@ use etendue_numerics::{Ray, Spectrum, Vec2, Vec3, warp::square_to_triangle};
 use etendue_scene::{Interaction, NO_INSTANCE, Scene, SurfaceId};
 use glam::{DVec2, DVec3};
 use grid::Grid;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Stands for "no patch" and "no child".
@@ -149,7 +152,7 @@ impl Cell {
 
 /// A triangle of a mesh: its chart, and which corners of the chart its own are.
 #[derive(Clone, Copy, Debug)]
-struct Facet {
+struct Corners {
     chart: u32,
     corners: [u8; 3],
 }
@@ -195,7 +198,11 @@ pub struct Patches {
     pub not_diffuse: Vec<NotDiffuse>,
     /// Surfaces that cannot be cut: they are black obstacles.
     pub obstacles: Vec<SurfaceId>,
-    facets: Vec<Facet>,
+    /// What is wrong with the surfaces.
+    pub faults: Vec<Fault>,
+    /// For patches that others cover face to face: which, and where.
+    contacts: BTreeMap<u32, Vec<faults::Contact>>,
+    facets: Vec<Corners>,
     /// For each instance the number of its first object.
     instance_objects: Vec<u32>,
     /// For each surface its object, or of an instanced one its place within the group.
