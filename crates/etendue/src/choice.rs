@@ -4,10 +4,10 @@ use crate::load::Loaded;
 use crate::render::RenderError;
 use etendue_description::nearest;
 use etendue_solvers::aov::{Aov, Quantity};
-use etendue_solvers::{AnySolver, ParameterError, SOLVERS};
+use etendue_solvers::{AnySolver, ParameterError, Refusal, SOLVERS};
 
 /// Solvers that are known by name and not there yet.
-const PLANNED: &[&str] = &["radiosity", "auto"];
+const PLANNED: &[&str] = &["auto"];
 
 /// Names that show what the eye sees first, as numbers: Mitsuba's `depth`, and `aov` without an integrator of light.
 const SHOWING: &[&str] = &["depth", "aov"];
@@ -65,11 +65,15 @@ pub(crate) fn choose(asked: Option<&str>, parameters: &[(String, String)], loade
         let words = format!("the solver `{name}` is not there yet\n  help: solvers that are: {}", solver_names());
         return Err(RenderError(words));
     };
-    solver.needs().check(&loaded.scene).map_err(|refusal| {
+    let refused = |refusal: Refusal| {
         let instead = refusal.instead.join(" or --solver ");
         RenderError(format!("`{name}` cannot render this scene: {}\n  help: try --solver {instead}", refusal.reason))
-    })?;
+    };
+    solver.needs().check(&loaded.scene).map_err(refused)?;
     set(&mut solver, parameters)?;
+    if let Some(refusal) = solver.refuses(&loaded.scene) {
+        return Err(refused(refusal));
+    }
     Ok(Choice::Solver(Box::new(solver)))
 }
 

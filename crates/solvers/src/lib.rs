@@ -17,6 +17,7 @@
 //! | [`bidirectional`] | a walk from either end, connected in all ways, weighted by multiple importance sampling |
 //! | [`metropolis`] | chains of such paths, each a small change of the last, that go where the light is |
 //! | [`photon_map`] | photons from the lights, whose density the eye sees |
+//! | [`radiosity`] | one linear equation between patches, solved before the eye opens |
 //! | [`oracle`] | the textbook's recursion, word for word: slow, and the judge of the others |
 //! | [`oracle_light`] | the textbook's particle shooting, word for word: the judge of the light tracers |
 //!
@@ -39,6 +40,7 @@ pub mod path;
 pub mod path_mis;
 pub mod path_nee;
 pub mod photon_map;
+pub mod radiosity;
 pub mod run;
 pub mod solver;
 pub mod transport;

@@ -12,6 +12,7 @@ use crate::path::Path;
 use crate::path_mis::PathMis;
 use crate::path_nee::PathNee;
 use crate::photon_map::PhotonMap;
+use crate::radiosity::Radiosity;
 use crate::run::Run;
 use crate::transport::sees_mirrors;
 use crate::whitted::Whitted;
@@ -30,6 +31,11 @@ pub trait Solver: Sync {
     /// What its picture is an estimate of: what it may be held to.
     fn estimates(&self) -> Estimates {
         Estimates::Light
+    }
+
+    /// Why it cannot do a scene with the parameters that it has; asked after [`Solver::needs`].
+    fn refuses(&self, _: &Scene) -> Option<Refusal> {
+        None
     }
 
     /// Into how many units of work a pass over a picture of this size is cut: a function of the size alone.
@@ -172,6 +178,11 @@ macro_rules! solvers {
                 match self { $(Self::$variant(s) => s.needs(),)* }
             }
 
+            /// Why it cannot do a scene with the parameters that it has.
+            pub fn refuses(&self, scene: &Scene) -> Option<Refusal> {
+                match self { $(Self::$variant(s) => s.refuses(scene),)* }
+            }
+
             /// What its picture is an estimate of.
             pub fn estimates(&self) -> Estimates {
                 match self { $(Self::$variant(s) => s.estimates(),)* }
@@ -210,4 +221,6 @@ solvers! {
     Metropolis => "metropolis", |_: &Integrator| Metropolis::default(), Metropolis::PARAMETERS;
     /// Photons from the lights, whose density the eye sees: right in the limit.
     PhotonMap => "photon-map", |_: &Integrator| PhotonMap::default(), PhotonMap::PARAMETERS;
+    /// Diffuse light between patches, solved once and then looked at.
+    Radiosity => "radiosity", |_: &Integrator| Radiosity::default(), Radiosity::PARAMETERS;
 }

@@ -142,6 +142,11 @@ impl Cell {
         self.children == NONE
     }
 
+    /// How many of its sides are patches.
+    pub fn sides(&self) -> usize {
+        self.patches.iter().filter(|p| **p != NONE).count()
+    }
+
     /// The patch on a side.
     #[inline]
     pub fn patch(&self, side: Side) -> Option<u32> {

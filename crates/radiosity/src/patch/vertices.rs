@@ -234,10 +234,15 @@ impl Vertices {
             }
         }
         let mut at: Vec<DVec3> = sums.into_iter().map(|(sum, weight)| if weight > 0.0 { sum / weight } else { sum }).collect();
+        self.settle(&mut at);
+        at
+    }
+
+    /// Gives hanging vertices the values of their ends, interpolated.
+    pub fn settle(&self, at: &mut [DVec3]) {
         for h in &self.hanging {
             at[h.vertex as usize] = at[h.ends[0] as usize].lerp(at[h.ends[1] as usize], h.t);
         }
-        at
     }
 
     /// The vertices of patch i with their weights at a place within it ([`super::Place::local`]).

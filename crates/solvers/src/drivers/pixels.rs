@@ -62,7 +62,7 @@ impl<T: PixelSolver> Solver for T {
     }
 
     fn units(&self, size: [u32; 2]) -> usize {
-        Tiling::new(size).len()
+        units(size)
     }
 
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
@@ -70,6 +70,11 @@ impl<T: PixelSolver> Solver for T {
     fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
         pass(self, scene, run, k, work);
     }
+}
+
+/// Units of a pass.
+pub fn units(size: [u32; 2]) -> usize {
+    Tiling::new(size).len()
 }
 
 /// How a picture is cut into tiles.

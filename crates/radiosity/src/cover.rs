@@ -1,0 +1,68 @@
+//! Parts of patches that something stands on: no light leaves them or arrives.
+//!
+//! ```text
+//! a point is covered        where every ray from it meets what absorbs: the inside of a solid
+//! open_i                    the part of patch i that is not covered
+//! A_i ← A_i open_i,   F_ij ← F_ij / open_i,   absorbed_i ← (absorbed_i - 1 + open_i) / open_i
+//! ```
+//!
+//! Patches are cut without regard to what stands on them. Without this the foot of a box would be seen as a dark rim on the floor around it,
+//! half a patch wide, and the floor would give the box too little light.
+
+use crate::form_factor::FormFactors;
+use crate::patch::Patches;
+use etendue_numerics::warp::square_to_cosine_hemisphere;
+use etendue_numerics::{Frame, Net4, Ray, Vec2};
+use etendue_scene::Scene;
+use rayon::prelude::*;
+
+/// Points looked at on each patch.
+const POINTS: usize = 64;
+
+/// Rays of a point, of which the first that gets away decides.
+const RAYS: u64 = 6;
+
+/// What is left of a patch that is covered as a whole, so that nothing is divided by zero.
+const LEAST: f64 = 1e-6;
+
+/// The open part of each patch.
+pub fn open(scene: &Scene, patches: &Patches, seed: u64) -> Vec<f64> {
+    let of = |i: usize| {
+        let covered = Net4::new(seed, i as u64).take(POINTS).enumerate();
+        let covered = covered.filter(|(k, u)| is_covered(scene, patches, i as u32, *k as u64, *u)).count();
+        1.0 - covered as f64 / POINTS as f64
+    };
+    (0..patches.len()).into_par_iter().with_min_len(64).map(of).collect()
+}
+
+fn is_covered(scene: &Scene, patches: &Patches, i: u32, k: u64, [a, b, c, d]: [f32; 4]) -> bool {
+    let x = patches.sample(i, Vec2::new(a, b));
+    let frame = Frame::from_normal(x.n.as_vec3());
+    let absorbed = |u: Vec2| {
+        let ray = patches.spawn(i, &x, frame.to_world(square_to_cosine_hemisphere(u)));
+        meets_what_absorbs(scene, patches, &ray)
+    };
+    absorbed(Vec2::new(c, d)) && Net4::new(k, u64::from(i)).take(RAYS as usize).all(|[u, v, ..]| absorbed(Vec2::new(u, v)))
+}
+
+fn meets_what_absorbs(scene: &Scene, patches: &Patches, ray: &Ray) -> bool {
+    let Some(hit) = scene.intersect(ray) else { return false };
+    match patches.locate(ray, &hit) {
+        Some(place) => place.patch.is_none(),
+        None => !patches.objects[patches.object_of(&hit) as usize].is_clear,
+    }
+}
+
+/// Takes covered parts out of the patches and of their factors, which are not repaired yet.
+pub fn uncover(patches: &mut Patches, factors: &mut FormFactors, open: &[f64]) {
+    for (i, open) in open.iter().enumerate().filter(|(_, open)| **open < 1.0) {
+        patches.patches[i].area *= open.max(LEAST);
+        if *open == 0.0 {
+            continue;
+        }
+        let range = factors.matrix.rows.indptr().outer_inds_sz(i);
+        factors.matrix.rows.data_mut()[range].iter_mut().for_each(|f| *f /= *open as f32);
+        factors.escaped[i] /= open;
+        factors.absorbed[i] = ((factors.absorbed[i] - 1.0 + open) / open).max(0.0);
+    }
+}

@@ -1,0 +1,155 @@
+//! All ways to solve end at the same radiosities, and these at the closed form.
+
+mod common;
+
+use common::*;
+use etendue_radiosity::form_factor::{FormFactors, Matrix, Rows};
+use etendue_radiosity::patch::PatchSize;
+use etendue_radiosity::solve::{Equation, Until, direct, lights};
+use etendue_radiosity::solved::{Method, Settings, Solved};
+use etendue_radiosity::{Bounces, Field};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// F between the six sides of a cube: 0.19982490 to the one across, the rest in four equal parts.
+fn cube() -> FormFactors {
+    let across = 2.0 / PI * ((2.0 / 3f64.sqrt()).ln() + 2.0 * 2f64.sqrt() * (0.5f64.sqrt()).atan() - 2.0 * 1f64.atan());
+    let beside = 0.25 * (1.0 - across);
+    let (mut columns, mut values) = (Vec::new(), Vec::new());
+    for i in 0..6u32 {
+        for j in (0..6).filter(|j| *j != i) {
+            columns.push(j);
+            values.push(if j / 2 == i / 2 { across as f32 } else { beside as f32 });
+        }
+    }
+    let begins = (0..=6).map(|i| 5 * i).collect();
+    let mut factors = FormFactors::new(Matrix { rows: Rows::new((6, 6), begins, columns, values), errors: Vec::new() });
+    factors.repair(&[1.0; 6]);
+    factors
+}
+
+fn until(residual: f64) -> Until<'static> {
+    Until { residual, sweeps: 10_000, watch: &|_, _| true }
+}
+
+fn far(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (*a - *b).abs().max_element()).fold(0.0, f64::max)
+}
+
+#[test]
+fn the_furnace_bounce_by_bounce() {
+    let factors = cube();
+    let (le, a) = (1.5, DVec3::new(0.25, 0.5, 0.9));
+    let be = DVec3::splat(PI * le);
+    let equation =
+        Equation { exchange: &factors, areas: vec![1.0; 6], rho: vec![a; 6], be: vec![be; 6], direct: vec![DVec3::ZERO; 6] };
+    let mut sum = vec![DVec3::ZERO; 6];
+    for (k, b) in Bounces::new(&equation).take(40).enumerate() {
+        sum.iter_mut().zip(&b).for_each(|(s, b)| *s += *b);
+        let exact = be * (DVec3::ONE - a.powf(k as f64 + 1.0)) / (DVec3::ONE - a);
+        assert!(far(&sum, &vec![exact; 6]) < 1e-6 * exact.max_element(), "B_{k} = {} of {exact}", sum[0]);
+    }
+    // And in the limit, by all methods, with the books closed.
+    let exact = vec![be / (DVec3::ONE - a); 6];
+    for (i, name) in Method::NAMES.iter().enumerate() {
+        let solution = Method::nth(i).solve(&equation, &until(1e-9)).expect("few patches");
+        assert!(far(&solution.b, &exact) < 1e-6 * exact[0].max_element(), "{name}: {} of {}", solution.b[0], exact[0]);
+        assert!(solution.residual() <= 1e-9 && solution.residuals.windows(2).all(|r| r[1] < r[0]), "{name}");
+        let energy = equation.energy(&solution.b);
+        assert!(energy.residual.abs().max_element() < 1e-6 * energy.emitted.max_element(), "{name}: {energy:?}");
+        assert!(energy.escaped == DVec3::ZERO && (energy.emitted - be * 6.0).length() < 1e-9);
+    }
+}
+
+/// A room without a lid, with a lamp, a box in it and a point light.
+fn room() -> etendue_scene::Scene {
+    let lamp = r#"<emitter type="area"><rgb name="radiance" value="5, 4, 3"/></emitter>"#;
+    let red = r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.8, 0.2, 0.1"/></bsdf>"#;
+    let wall = |transform: &str| shape("rectangle", transform, red);
+    scene(&[
+        wall(r#"<translate z="-1"/>"#),
+        wall(r#"<rotate x="1" angle="90"/><translate y="1"/>"#),
+        wall(r#"<rotate x="1" angle="-90"/><translate y="-1"/>"#),
+        wall(r#"<rotate y="1" angle="90"/><translate x="-1"/>"#),
+        shape("cube", r#"<scale value="0.3"/><translate x="0.2" z="-0.7"/>"#, ""),
+        shape("rectangle", r#"<scale value="0.3"/><rotate y="1" angle="180"/><translate x="0.3" z="0.8"/>"#, lamp),
+        r#"<emitter type="point"><point name="position" x="-0.3" y="0.1" z="0.2"/><rgb name="intensity" value="1, 1, 2"/></emitter>"#
+            .to_owned(),
+    ].concat())
+}
+
+#[test]
+fn all_methods_agree_and_the_books_close() {
+    let scene = room();
+    let settings = Settings { size: PatchSize::Count(700), rays: 256, method: Method::Direct, ..Settings::default() };
+    let judge = Solved::new(&scene, &settings, &|_| true).expect("a solution");
+    let equation = judge.equation();
+    assert!(judge.solution.residual() < 1e-12, "{}", judge.solution.residual());
+    let scale = judge.solution.b.iter().map(|b| b.max_element()).fold(0.0, f64::max);
+    for (i, name) in Method::NAMES.iter().enumerate() {
+        let solution = Method::nth(i).solve(&equation, &until(1e-10)).expect("few enough");
+        assert!(far(&solution.b, &judge.solution.b) < 1e-8 * scale, "{name}");
+        assert!(equation.residual(&solution.b) <= 1e-10, "{name}");
+        let e = equation.energy(&solution.b);
+        let all = (e.emitted + e.arrived).element_sum();
+        assert!(e.escaped.min_element() > 0.0 && e.arrived.min_element() > 0.0);
+        assert!(e.residual.abs().element_sum() < 1e-9 * all, "{name}: {e:?}");
+    }
+    // Gathering from what is newest is faster than bounces, and who stops early has the ambient estimate.
+    let sweeps = |m: Method| m.solve(&equation, &until(1e-6)).expect("few").sweeps();
+    assert!(sweeps(Method::GaussSeidel) < sweeps(Method::Neumann));
+    let early = Until { residual: 1e-12, sweeps: 1, watch: &|_, _| true };
+    let off = |m: Method| far(&m.solve(&equation, &early).expect("few").b, &judge.solution.b);
+    assert!(off(Method::Shooting) < off(Method::Neumann));
+    // The same bits at any number of threads.
+    let with = |n: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("threads");
+        pool.install(|| Solved::new(&scene, &Settings { method: Method::Neumann, ..settings }, &|_| true).expect("solved").solution)
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_point_light_gives_what_its_law_says() {
+    // E = I cosθ / r² at the middle of a small patch, and Φ of a closed ball of patches is 4π I.
+    let light = r#"<emitter type="point"><rgb name="intensity" value="1, 2, 3"/></emitter>"#;
+    let ball = scene(&(shape("sphere", r#"<scale value="2"/>"#, FLIPPED) + light));
+    let patches = cut(&ball, PatchSize::Metres(0.5));
+    let e = lights::irradiance(&ball, &patches, 7);
+    let flux: DVec3 = e.iter().zip(&patches.patches).map(|(e, p)| *e * p.area).sum();
+    assert!((flux - 4.0 * PI * DVec3::new(1.0, 2.0, 3.0)).abs().max_element() < 1e-4, "{flux}");
+    assert!(e.iter().all(|e| (e.x - 0.25).abs() < 1e-5));
+    // Surroundings of radiance L give π L where nothing is in the way, and nothing within a closed ball.
+    let sky = r#"<emitter type="constant"><rgb name="radiance" value="2"/></emitter>"#;
+    let open = scene(&(shape("sphere", "", "") + sky));
+    let patches = cut(&open, PatchSize::Metres(0.5));
+    let e = lights::irradiance(&open, &patches, 3);
+    let mean = e.iter().zip(&patches.patches).map(|(e, p)| e.x * p.area).sum::<f64>() / (4.0 * PI);
+    assert!((mean / (2.0 * PI) - 1.0).abs() < 0.01, "{mean}");
+}
+
+#[test]
+fn too_large_is_told_with_the_figure_and_what_fits() {
+    let equation_size = direct::TooLarge { patches: 100_000 }.to_string();
+    assert!(equation_size.contains("149.0 GiB") && equation_size.contains("gauss-seidel"), "{equation_size}");
+    let settings = Settings { size: PatchSize::Count(20_000), method: Method::Direct, ..Settings::default() };
+    assert!(Solved::new(&room(), &settings, &|_| true).is_err());
+    let memory = Settings { size: PatchSize::Count(20_000), memory: 1 << 20, ..Settings::default() };
+    let told = Solved::new(&room(), &memory, &|_| true).expect_err("no memory").to_string();
+    assert!(told.contains("patches fit"), "{told}");
+}
+
+#[test]
+fn fields_keep_means_and_linear_functions() {
+    let floor = scene(&shape("rectangle", "", ""));
+    let patches = cut(&floor, PatchSize::Metres(0.25));
+    let vertices = patches.vertices(&floor);
+    // x + 2 at the middles of the patches: vertices at the rim would lack half a patch's slope.
+    let values: Vec<DVec3> = patches.patches.iter().map(|p| DVec3::splat(p.p.x + 2.0)).collect();
+    let field = Field::new(&patches, &vertices, &values);
+    for (v, p) in field.at_vertices().iter().zip(&vertices.points) {
+        assert!((v.x - (p.x + 2.0)).abs() < 0.08, "{v} at {p}");
+    }
+    let even = Field::new(&patches, &vertices, &vec![DVec3::ONE; patches.len()]);
+    assert!(even.at_vertices().iter().all(|v| (*v - DVec3::ONE).length() < 1e-12));
+}
