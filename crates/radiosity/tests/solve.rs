@@ -47,7 +47,7 @@ fn the_furnace_bounce_by_bounce() {
     for (k, b) in Bounces::new(&equation).take(40).enumerate() {
         sum.iter_mut().zip(&b).for_each(|(s, b)| *s += *b);
         let exact = be * (DVec3::ONE - a.powf(k as f64 + 1.0)) / (DVec3::ONE - a);
-        assert!(far(&sum, &vec![exact; 6]) < 1e-6 * exact.max_element(), "B_{k} = {} of {exact}", sum[0]);
+        assert!(far(&sum, &[exact; 6]) < 1e-6 * exact.max_element(), "B_{k} = {} of {exact}", sum[0]);
     }
     // And in the limit, by all methods, with the books closed.
     let exact = vec![be / (DVec3::ONE - a); 6];
