@@ -1,13 +1,14 @@
 //! Which solver renders: the caller's choice, or what the scene file asks for.
 
 use crate::load::Loaded;
-use crate::render::RenderError;
+use crate::render::{RenderError, RenderOptions, rules, view};
 use etendue_description::nearest;
 use etendue_solvers::aov::{Aov, Quantity};
+use etendue_solvers::choosing::Advice;
 use etendue_solvers::{AnySolver, ParameterError, Refusal, SOLVERS};
 
-/// Solvers that are known by name and not there yet.
-const PLANNED: &[&str] = &["auto"];
+/// Chooses one of the others.
+pub(crate) const AUTO: &str = "auto";
 
 /// Names that show what the eye sees first, as numbers: Mitsuba's `depth`, and `aov` without an integrator of light.
 const SHOWING: &[&str] = &["depth", "aov"];
@@ -35,14 +36,23 @@ impl Choice {
 /// Refuses a name that no solver has, with the nearest one that some solver has; for callers who know the name before the scene.
 pub fn check_solver_name(name: &str) -> Result<(), RenderError> {
     let known = || SOLVERS.iter().map(|s| s.name).chain(SHOWING.iter().copied());
-    if known().chain(PLANNED.iter().copied()).any(|n| n == name) {
+    if known().chain([AUTO]).any(|n| n == name) {
         return Ok(());
     }
     let mut words = format!("no solver is called `{name}`");
-    if let Some(near) = nearest(name, known().chain(PLANNED.iter().copied())) {
+    if let Some(near) = nearest(name, known().chain([AUTO])) {
         words += &format!("\n  help: did you mean `{near}`?");
     }
-    Err(RenderError(words + &format!("\n  help: solvers: {}", solver_names())))
+    Err(RenderError(words + &format!("\n  help: solvers: {}; or {AUTO}", solver_names())))
+}
+
+/// The solver that `auto` stands for, where options or scene ask for it: a function of scene, view and rules alone.
+pub fn advise(loaded: &Loaded, options: &RenderOptions) -> Result<Option<Advice>, RenderError> {
+    if options.solver.as_deref().unwrap_or(&loaded.scene.integrator.solver) != AUTO {
+        return Ok(None);
+    }
+    view(loaded, options.view)?;
+    Ok(Some(etendue_solvers::choosing::advise(&loaded.scene, options.view, rules(loaded, options))))
 }
 
 fn solver_names() -> String {

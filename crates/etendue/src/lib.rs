@@ -29,7 +29,7 @@ pub mod render;
 pub mod stats;
 pub mod verify;
 
-pub use choice::check_solver_name;
+pub use choice::{advise, check_solver_name};
 pub use etendue_image::{Curve, Image, Picture, ToneMap};
 pub use etendue_solvers::{SOLVERS, Stop, Stopped};
 pub use load::{LoadError, LoadOptions, Loaded, load};

@@ -1,6 +1,6 @@
 //! Renders a loaded scene.
 
-use crate::choice::{Choice, choose};
+use crate::choice::{Choice, advise, choose};
 use crate::digest::Digest;
 use crate::guard::guarded;
 pub use crate::guard::panic_words;
@@ -28,6 +28,8 @@ pub struct RenderOptions {
     pub view: usize,
     /// Solver name; the scene's own otherwise.
     pub solver: Option<String>,
+    /// Why it is that one, where it was chosen by [`advise`](crate::advise).
+    pub because: Option<String>,
     /// Parameters of the solver, by name; its defaults otherwise.
     pub parameters: Vec<(String, String)>,
     /// When to stop; after the scene's sample count otherwise.
@@ -102,6 +104,7 @@ impl std::error::Error for RenderError {}
 struct Plan<'a> {
     view: &'a View,
     choice: Choice,
+    because: Option<String>,
     layers: Vec<layers::Plan>,
     shape: FilmShape,
     stop: Stop,
@@ -110,14 +113,17 @@ struct Plan<'a> {
 impl<'a> Plan<'a> {
     fn new(loaded: &'a Loaded, options: &RenderOptions) -> Result<Self, RenderError> {
         let view = view(loaded, options.view)?;
-        let choice = choose(options.solver.as_deref(), &options.parameters, loaded)?;
+        let advice = advise(loaded, options)?;
+        let solver = advice.as_ref().map(|a| a.solver).or(options.solver.as_deref());
+        let choice = choose(solver, &options.parameters, loaded)?;
+        let because = advice.map(|a| a.reason).or_else(|| options.because.clone());
         let layers = layers::plan(loaded, &options.aovs)?;
         let shape = FilmShape { size: view.film.crop_size, kernel: view.film.filter };
         let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
         let layer_bytes = layers::bytes_per_pixel(&layers);
         let checkpoints = options.checkpoint_every.is_some();
         Need { size: shape.size, stop, layer_bytes, checkpoints, resumes: options.resume.is_some() }.check()?;
-        Ok(Self { view, choice, layers, shape, stop })
+        Ok(Self { view, choice, because, layers, shape, stop })
     }
 }
 
@@ -130,7 +136,7 @@ pub fn check(loaded: &Loaded, options: &RenderOptions) -> Result<(), RenderError
 /// Renders a view of a scene.
 pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result<Rendering, RenderError> {
     let scene = &loaded.scene;
-    let Plan { view, choice, layers: plans, shape, stop } = Plan::new(loaded, options)?;
+    let Plan { view, choice, because, layers: plans, shape, stop } = Plan::new(loaded, options)?;
     let pool = pool::pool(options.threads)?;
     let rules = rules(loaded, options);
     let sequence = options.sequence.unwrap_or_default();
@@ -180,6 +186,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         software: software(),
         scene: loaded.name.clone(),
         solver: name.to_owned(),
+        because,
         width: shape.size[0],
         height: shape.size[1],
         spp: end.passes,
@@ -223,7 +230,7 @@ impl End {
     }
 }
 
-fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> {
+pub(crate) fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> {
     let count = loaded.scene.views.len();
     loaded.scene.views.get(index).ok_or_else(|| {
         let s = if count == 1 { "" } else { "s" };
@@ -231,7 +238,7 @@ fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> {
     })
 }
 
-fn rules(loaded: &Loaded, options: &RenderOptions) -> PathRules {
+pub(crate) fn rules(loaded: &Loaded, options: &RenderOptions) -> PathRules {
     let mut rules = PathRules::of(&loaded.scene.integrator);
     if let Some(depth) = options.max_depth {
         rules.max_edges = depth.unwrap_or(u32::MAX);

@@ -12,6 +12,9 @@ pub struct Stats {
     pub scene: String,
     /// Solver name.
     pub solver: String,
+    /// Why it was chosen, with `--solver auto`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub because: Option<String>,
     /// Pixels across.
     pub width: u32,
     /// Pixels down.

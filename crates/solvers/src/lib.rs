@@ -26,6 +26,7 @@
 pub mod agreement;
 pub mod aov;
 pub mod bidirectional;
+pub mod choosing;
 pub mod direct;
 pub mod distribution;
 pub mod drivers;

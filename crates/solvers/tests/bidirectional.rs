@@ -238,7 +238,7 @@ struct Interrupted<'a> {
 }
 
 impl Solver for Interrupted<'_> {
-    type State = ();
+    type State = <Bidirectional as Solver>::State;
 
     fn needs(&self) -> Needs {
         Needs::default()
@@ -248,9 +248,11 @@ impl Solver for Interrupted<'_> {
         Bidirectional::default().units(size)
     }
 
-    fn prepare(&self, _: &Scene, _: &Run<'_>) {}
+    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Self::State {
+        Bidirectional::default().prepare(scene, run)
+    }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut Self::State, k: u32, work: &Work<'_>) {
         let stop_now = || {
             if k == 1 && work.progress.tiles.load(Relaxed) >= self.units {
                 self.cancel.cancel();
@@ -258,7 +260,7 @@ impl Solver for Interrupted<'_> {
             (work.stop_now)()
         };
         let work = Work { film: work.film, replicates: None, units: work.units, stop_now: &stop_now, progress: work.progress };
-        Bidirectional::default().pass(scene, run, &mut (), k, &work);
+        Bidirectional::default().pass(scene, run, state, k, &work);
     }
 }
 

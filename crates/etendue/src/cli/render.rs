@@ -6,7 +6,7 @@ use super::progress::{Display, NoiseCell, Style};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, summary};
 use clap::Args;
-use etendue::{Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, check, cores, load, render};
+use etendue::{Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, advise, check, cores, load, render};
 use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
@@ -118,9 +118,10 @@ pub fn run(a: &RenderArguments) -> Done {
     }
     let view = loaded.scene.views.get(a.view).or(loaded.scene.views.first());
     let stop = stop(a).or(view.map(|v| Stop::Samples(v.sampler.count))).unwrap_or(Stop::Samples(1));
-    let options = RenderOptions {
+    let mut options = RenderOptions {
         view: a.view,
         solver: a.solver.clone(),
+        because: None,
         parameters: a.param.clone(),
         stop: Some(stop),
         seed: a.seed,
@@ -135,6 +136,13 @@ pub fn run(a: &RenderArguments) -> Done {
     if !a.quiet {
         output::diagnostics(&loaded.diagnostics, &loaded.description);
     }
+    if let Some(advice) = advise(&loaded, &options).map_err(|e| e.to_string())? {
+        if !a.quiet {
+            output::message(&format!("auto: {}, because {}", advice.solver, advice.reason));
+        }
+        options.solver = Some(advice.solver.to_owned());
+        options.because = Some(advice.reason);
+    }
     check(&loaded, &options).map_err(|e| e.to_string())?;
 
     if !a.quiet {
@@ -145,7 +153,7 @@ pub fn run(a: &RenderArguments) -> Done {
         if count > 1 {
             output::message(&format!("note: the scene has {count} sensors; this renders number {} (--view)", a.view));
         }
-        let solver = a.solver.as_deref().unwrap_or(&loaded.scene.integrator.solver);
+        let solver = options.solver.as_deref().unwrap_or(&loaded.scene.integrator.solver);
         output::message(&summary::headline(&loaded, a.view, solver, stop, threads.unwrap_or_else(cores)));
     }
     let noise = Arc::new(NoiseCell::default());

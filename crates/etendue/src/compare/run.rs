@@ -17,6 +17,9 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     let reference_solver = if let Reference::Solver(name) = &options.reference { Some(name) } else { None };
     for name in options.solvers.iter().chain(reference_solver) {
         check_solver_name(name)?;
+        if name == crate::choice::AUTO {
+            return Err(ExperimentError::Words("`auto` stands for one of the others: name those to compare".to_owned()));
+        }
     }
     let load_options =
         LoadOptions { defines: options.defines.clone(), width: options.width, height: options.height, threads: options.threads };

@@ -15,6 +15,7 @@ use super::light_path::{LightPath, Origin, Place, emitting_point, surroundings_d
 use super::path_vertex::{PathVertex, Sides};
 use super::walk::Walk;
 use super::weights::power;
+use super::worth::Worth;
 use crate::transport::{Context, Heuristic, LightContext, SensorQuery, ShadowQuery, arrives, arrives_at_sensor, light_slot, slot};
 use etendue_numerics::{Dim, Numbers, Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::interaction::SHADOW_EPSILON;
@@ -34,6 +35,8 @@ pub struct Strategies<'a> {
     pub eye: Eye,
     /// How they share.
     pub heuristic: Heuristic,
+    /// Which connections are worth a shadow ray.
+    pub worth: Worth,
 }
 
 /// A path that a strategy found.
@@ -182,7 +185,7 @@ impl<'a> Strategies<'a> {
 
     /// s, t ≥ 2: y and z connected.
     #[inline]
-    pub fn inner<'v>(&self, y: &'v PathVertex, z: &'v PathVertex, rays: &mut u64) -> Option<Found<'v>> {
+    pub fn inner<'v>(&self, y: &'v PathVertex, z: &'v PathVertex, u: &impl Numbers, rays: &mut u64) -> Option<Found<'v>> {
         let edges = y.edges + z.edges + 1;
         if !self.may_count(edges) {
             return None;
@@ -196,19 +199,23 @@ impl<'a> Strategies<'a> {
         }
         let at_y = self.sides.turn_to_light(&y.vertex, w, &WL)?;
         let at_z = self.sides.turn_to_eye(&z.vertex, -w, &WL)?;
-        let contribution = (y.beta * at_y.f_cos) * (z.beta * at_z.f_cos) / r2;
-        let ray = a.spawn_between(b)?;
-        *rays += 1;
-        let value = arrives(&self.c, &ShadowQuery { ray, contribution, edges }, &WL);
-        if value.is_zero() {
-            return None;
-        }
 
         let h = self.heuristic;
         let (to_y, to_z) = (a.n.dot(w).abs() / r2, b.n.dot(w).abs() / r2);
         let more_light = y.link.others(h, at_z.onward * to_y, at_y.way_back);
         let more_eye = z.link.others(h, at_y.onward * to_z, at_z.way_back);
         let weight = share(more_light + more_eye);
+
+        let contribution = (y.beta * at_y.f_cos) * (z.beta * at_z.f_cos) / r2;
+        // One number for all z, turned by the golden ratio from each to the next.
+        let xi = || (u.u1(Dim::at(y.address, slot::WORTH)) + 0.618_034 * z.count as f32).fract();
+        let grown = self.worth.decide(contribution * weight, xi)?;
+        let ray = a.spawn_between(b)?;
+        *rays += 1;
+        let value = arrives(&self.c, &ShadowQuery { ray, contribution: contribution * grown, edges }, &WL);
+        if value.is_zero() {
+            return None;
+        }
         Some(Found { s: z.count, t: y.count, value, weight, pixel: None, joint: Joint::Inner(y, z) })
     }
 
@@ -222,14 +229,15 @@ impl<'a> Strategies<'a> {
         let x = &z.vertex.x;
         let lens = self.seen(x.p, z.address, u)?;
         let turn = self.sides.turn_to_eye(&z.vertex, lens.wi, &WL)?;
-        let contribution = z.beta * turn.f_cos * (lens.we / lens.pdf.value());
-        let shadow = ShadowQuery { ray: lens.shadow_ray(x)?, contribution, edges };
-        let query = SensorQuery { shadow, pixel: lens.pixel, eye: (lens.p, -lens.wi), surface: Some(x.surface) };
-        let value = self.arrives_at_sensor(&query, rays)?;
-
         let h = self.heuristic;
         let others = z.link.others(h, self.eye.density(x.p, x.n, -lens.wi), turn.way_back);
         let weight = share(others / power(h, self.eye.rho, 1.0));
+
+        let contribution = z.beta * turn.f_cos * (lens.we / lens.pdf.value());
+        let grown = self.worth.decide_splat(contribution * weight, || u.u1(Dim::at(z.address, light_slot::WORTH)))?;
+        let shadow = ShadowQuery { ray: lens.shadow_ray(x)?, contribution: contribution * grown, edges };
+        let query = SensorQuery { shadow, pixel: lens.pixel, eye: (lens.p, -lens.wi), surface: Some(x.surface) };
+        let value = self.arrives_at_sensor(&query, rays)?;
         Some(Found { s: z.count, t: 1, value, weight, pixel: Some(lens.pixel), joint: Joint::Lens(z, lens.wi) })
     }
 

@@ -14,6 +14,7 @@
 //! | C_{s,t} | [`connect`] |
 //! | w_{s,t}, in O(1) | [`weights`] |
 //! | w_{s,t} from its definition | [`literal`] |
+//! | which connections are worth a shadow ray | [`worth`] |
 //! | one strategy alone | [`one`] |
 //! | each strategy's picture | [`strategies`] |
 //!
@@ -33,6 +34,7 @@ pub mod path_vertex;
 pub mod strategies;
 pub mod walk;
 pub mod weights;
+pub mod worth;
 
 pub use connect::{Found, Joint, Strategies};
 pub use light_path::LightPath;
@@ -43,7 +45,7 @@ use crate::drivers::pixels::{SamplePlan, Tiling, camera_ray};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
 use crate::solver::{Needs, Solver};
-use crate::transport::{Context, Heuristic, PathState, Throughput};
+use crate::transport::{Context, Heuristic, PathRules, PathState, Throughput};
 use etendue_film::{Splat, Tile};
 use etendue_numerics::{Numbers, Spectrum, Vec2};
 use etendue_scene::Scene;
@@ -53,6 +55,7 @@ use rayon::prelude::*;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use walk::{End, Walk};
+use worth::Worth;
 
 /// The solver `bidirectional`.
 #[derive(Clone, Copy, Debug)]
@@ -86,11 +89,17 @@ impl Bidirectional {
         slot: |s| Slot::Count(&mut s.exponent, 1..=2),
     }];
 
-    /// What the strategies of a view share.
+    /// What the strategies of a run share.
     pub fn strategies<'a>(&self, scene: &'a Scene, run: &Run<'_>) -> Strategies<'a> {
-        let view = &scene.views[run.view];
+        self.strategies_of(scene, run.view, run.rules)
+    }
+
+    /// What the strategies of a view share, where `rules` say which paths count.
+    pub fn strategies_of<'a>(&self, scene: &'a Scene, view: usize, rules: PathRules) -> Strategies<'a> {
+        let view = &scene.views[view];
         let heuristic = if self.exponent == 1 { Heuristic::Balance } else { Heuristic::Power };
-        Strategies { c: Context { scene, rules: run.rules }, sides: Sides::new(scene), view, eye: Eye::new(view), heuristic }
+        let worth = Worth::all(view);
+        Strategies { c: Context { scene, rules }, sides: Sides::new(scene), view, eye: Eye::new(view), heuristic, worth }
     }
 }
 
@@ -155,7 +164,7 @@ impl Strategies<'_> {
             if y.vertex.is_smooth() {
                 self.next_event(y, u, rays, &mut |f| found(f, light, vertices));
                 for z in light.vertices.iter().filter(|z| z.vertex.is_smooth()) {
-                    if let Some(f) = self.inner(y, z, rays) {
+                    if let Some(f) = self.inner(y, z, u, rays) {
                         found(&f, light, vertices);
                     }
                 }
@@ -168,7 +177,7 @@ impl Strategies<'_> {
 }
 
 impl Solver for Bidirectional {
-    type State = ();
+    type State = Worth;
 
     fn needs(&self) -> Needs {
         Needs::default()
@@ -178,10 +187,12 @@ impl Solver for Bidirectional {
         Tiling::new(size).len()
     }
 
-    fn prepare(&self, _: &Scene, _: &Run<'_>) {}
+    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Worth {
+        Worth::by_trial(&self.strategies(scene, run), run)
+    }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
-        let strategies = self.strategies(scene, run);
+    fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) {
+        let strategies = Strategies { worth: *worth, ..self.strategies(scene, run) };
         let plan = SamplePlan::new(run, k);
         let tiling = Tiling::new(work.film.shape().size);
         (0..work.units.len()).into_par_iter().for_each_init(

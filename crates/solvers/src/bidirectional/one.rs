@@ -97,7 +97,7 @@ impl Strategies<'_> {
             return;
         }
         for z in light.vertices.iter().filter(|z| z.count == s && z.vertex.is_smooth()) {
-            if let Some(f) = self.inner(y, z, rays) {
+            if let Some(f) = self.inner(y, z, u, rays) {
                 found(&f);
             }
         }

@@ -12,7 +12,6 @@ use crate::transport::{Vertex, VertexSample};
 use etendue_bsdf::{Bsdf, Scatter};
 use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::{Interaction, Material, Scene};
-use std::borrow::Cow;
 
 /// A vertex of a walk.
 #[derive(Clone, Copy, Debug)]
@@ -73,24 +72,25 @@ impl<'a> Sides<'a> {
     }
 
     /// The scattering at a vertex as one sees it who looks from the world direction `w`: two-sided surfaces and bent normals turn to who looks.
+    /// Kept in `room` where it is another.
     #[inline]
-    fn seen_from<'v>(&self, vertex: &'v Vertex, w: Vec3, wl: &Wavelengths) -> Cow<'v, Bsdf> {
+    fn seen_from<'v>(&self, vertex: &'v Vertex, w: Vec3, wl: &Wavelengths, room: &'v mut Option<Bsdf>) -> &'v Bsdf {
         let material = self.scene.material(self.scene.surface(vertex.x.surface).material);
         let holds_others = matches!(
             material,
             Material::TwoSided(_) | Material::Mask(_) | Material::Blend(_) | Material::BumpMap(_) | Material::NormalMap(_)
         );
         if holds_others && (self.bends || vertex.x.shading.n.dot(w) * vertex.wo.z < 0.0) {
-            Cow::Owned(self.scene.bsdf(&Interaction { wo: w, ..vertex.x }, wl))
+            room.insert(self.scene.bsdf(&Interaction { wo: w, ..vertex.x }, wl))
         } else {
-            Cow::Borrowed(&vertex.bsdf)
+            &vertex.bsdf
         }
     }
 
     /// Density, 1/sr, with which a walk that came from `w` goes on along `vertex.x.wo`.
     #[inline]
     pub fn way_back(&self, vertex: &Vertex, w: Vec3, wl: &Wavelengths) -> f32 {
-        self.seen_from(vertex, w, wl).pdf(vertex.x.shading.to_local(w), vertex.wo)
+        self.seen_from(vertex, w, wl, &mut None).pdf(vertex.x.shading.to_local(w), vertex.wo)
     }
 
     /// The vertex of a walk from the eye, connected to a light's side in the direction `w`.
@@ -105,7 +105,8 @@ impl<'a> Sides<'a> {
     pub fn turn_to_eye(&self, vertex: &Vertex, w: Vec3, wl: &Wavelengths) -> Option<Turn> {
         let x = &vertex.x;
         let (eye, light) = (x.shading.to_local(w), vertex.wo);
-        let bsdf = self.seen_from(vertex, w, wl);
+        let mut room = None;
+        let bsdf = self.seen_from(vertex, w, wl, &mut room);
         let (f, way_back) = if eye.z * light.z >= 0.0 {
             bsdf.eval_pdf(eye, light)
         } else if bsdf.events().transmits() {

@@ -3,7 +3,7 @@
 use super::path_vertex::{PathVertex, Sides};
 use super::weights::Trail;
 use crate::transport::{Context, Heuristic, PathState, Vertex, VertexSample, light_slot, slot};
-use etendue_numerics::{Numbers, Ray, Spectrum};
+use etendue_numerics::{Numbers, Ray, Spectrum, Vec2};
 use etendue_scene::Interaction;
 
 /// Which end a walk comes from.
@@ -75,7 +75,9 @@ impl Walk<'_> {
             End::Eye => (slot::LOBE, slot::BSDF),
             End::Light => (light_slot::LOBE, light_slot::BSDF),
         };
-        let u_lobe = u.u2(self.state.dim(lobe));
+        // Not drawn where nobody looks.
+        let asked = v.vertex.bsdf.has_choice() || self.state.vertex >= self.c.rules.rr_depth;
+        let u_lobe = if asked { u.u2(self.state.dim(lobe)) } else { Vec2::ZERO };
         let u_point = u.u2(self.state.dim(point));
         let sample = match self.end {
             End::Eye => v.vertex.sample(u_lobe.x, u_point),

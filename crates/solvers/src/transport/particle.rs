@@ -35,6 +35,8 @@ pub mod light_slot {
     pub const BSDF: u32 = 8;
     /// Which lobe (x) and roulette (y).
     pub const LOBE: u32 = 9;
+    /// Whether the connection to the lens is worth a shadow ray.
+    pub const WORTH: u32 = 10;
 }
 
 /// What every particle of a pass shares.

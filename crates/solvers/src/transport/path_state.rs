@@ -30,6 +30,8 @@ pub mod slot {
     pub const PROBE: u32 = 4;
     /// Which of the photons around, whether it is in sight.
     pub const PHOTON: u32 = 5;
+    /// Which connections are worth a shadow ray.
+    pub const WORTH: u32 = 6;
 }
 
 /// β: the product of f cosθ / p along the walk so far.
