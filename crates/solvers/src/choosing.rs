@@ -4,21 +4,24 @@
 //! h = f/P each time. A solver that has only the strategies of a set A would find it with p_A = Σ_{i ∈ A} p_i, so
 //!
 //! ```text
-//! E[X_A²] = ∫ f²/p_A dx ≈ 1/N Σ_found h² / w_A,    w_A = p_A / P = Σ_{i ∈ A} w_i           of each block of the picture
-//! cost_A = (E[X_A²] - E[X]²) / (E[X]² + e) · (time a sample)                                  mean over blocks, e = 0.01 · (picture's mean)²
+//! σ_A² = Σ_n [ ∫ f²/p_A dx - Σ_{i ∈ A} I_i² ] ≈ Σ_n [ 1/N Σ_found h²/w_A - Σ_{i ∈ A} (1/N Σ_found h w_i/w_A)² ],    w_A = p_A / P = Σ_{i ∈ A} w_i
+//! cost_A = σ_A² / (I² + e) · (time a sample)                    mean over blocks of the picture, e = 0.01 · (picture's mean)²
 //! ```
+//!
+//! I_i is what strategy i of the set brings; the sum over n is that over lengths of paths. (Emitters seen directly are no noise and left out.)
 //!
 //! Nothing of the other solvers is run, and light that they would hardly ever find is not overlooked for that: it is known from the strategies that do find it.
 //! The trial is a function of scene and rules alone.
 //!
-//! | solver | A | time a sample, of `path-mis` |
+//! | solver | A | time a sample: rays |
 //! | --- | --- | --- |
-//! | `path-mis` | s = 0, 1 | 1 |
-//! | `light-nee` | t = 1, and s = 0 of what is seen directly | 2 |
-//! | `bidirectional` | all | 4 |
+//! | `path-mis` | s = 0, 1 | of the eye's walk, with one to a light from each vertex |
+//! | `light-nee` | t = 1, and what is seen directly | of the light's walk, with one to the lens from each vertex |
+//! | `bidirectional` | all | all, and half as much again for what else it does |
 //!
-//! What no strategy finds is asked for by itself: light that glass or mirrors focus on a surface which is seen in glass or mirrors again. Where a good part of the
-//! picture is of that kind, and walks from the eye practically never hit a lamp in mirrors, only a photon map is left, although it is biased.
+//! What no strategy finds is asked for by itself: light that glass or mirrors focus on a surface which is seen in glass or mirrors again. A coarse density estimate,
+//! from where both walks first met such a surface by mirrors alone, tells how much of the picture that is. If it is much, and walks from the eye practically never hit a
+//! lamp in mirrors, only a photon map is left, although it is biased.
 
 use crate::bidirectional::literal::Whole;
 use crate::bidirectional::{Bidirectional, PathVertex, Paths};
@@ -27,6 +30,7 @@ use crate::solver::{AnySolver, SOLVERS};
 use crate::transport::{PathRules, slot};
 use etendue_numerics::{Dim, Sampler, SequenceKind, Vec2};
 use etendue_scene::Scene;
+use std::collections::BTreeMap;
 
 /// Paths of the trial from either end.
 const PATHS: u32 = 8192;
@@ -36,8 +40,10 @@ const BLOCKS: usize = 4;
 const BETTER: f64 = 1.25;
 /// Light that a set of strategies may miss.
 const MISSED: f64 = 1e-3;
-/// The part of the picture that must be light from mirrors seen in mirrors for a biased solver to be taken.
-const HIDDEN: f64 = 0.02;
+/// The part of the picture's light that must be of mirrors and seen in mirrors for a biased solver to be taken.
+const HIDDEN: f64 = 0.005;
+/// Radius of its density estimate, of the scene's.
+const AROUND: f32 = 0.02;
 /// How often walks hit lamps in mirrors, at most, for that.
 const HIT: f64 = 0.005;
 
@@ -58,7 +64,7 @@ pub struct Advice {
 /// A solver that may be taken.
 struct Candidate {
     solver: &'static str,
-    /// Time a sample, of path-mis.
+    /// Time a ray, of that of path-mis.
     time: f64,
     /// Whether strategy s of `vertices` in all is one of its own.
     has: fn(s: usize, vertices: usize) -> bool,
@@ -66,27 +72,40 @@ struct Candidate {
 
 const CANDIDATES: [Candidate; 3] = [
     Candidate { solver: "path-mis", time: 1.0, has: |s, _| s <= 1 },
-    Candidate { solver: "light-nee", time: 2.0, has: |s, vertices| s + 1 == vertices || vertices == 2 },
-    Candidate { solver: "bidirectional", time: 4.0, has: |_, _| true },
+    Candidate { solver: "light-nee", time: 1.0, has: |s, vertices| s + 1 == vertices || vertices == 2 },
+    Candidate { solver: "bidirectional", time: 1.5, has: |_, _| true },
 ];
 
 /// What the trial found.
 #[derive(Clone, Debug, Default)]
 struct Trial {
+    /// Pixels of the picture.
+    pixels: f64,
     /// Σ h by block.
     light: [f64; BLOCKS * BLOCKS],
-    /// Σ h²/w_A by candidate and block.
-    squares: [[f64; BLOCKS * BLOCKS]; CANDIDATES.len()],
+    /// By candidate and block.
+    noise: [[Noise; BLOCKS * BLOCKS]; CANDIDATES.len()],
+    /// Rays by candidate.
+    rays: [u64; CANDIDATES.len()],
     /// Σ h of what a candidate cannot find.
     missed: [f64; CANDIDATES.len()],
     /// Σ h w of the strategies with s ≥ 2.
     from_lights: f64,
-    /// Eye paths that saw a surface by mirrors alone, and all that saw one.
-    seen_in_mirrors: [u32; 2],
-    /// Flux that came to a surface by mirrors alone, and all that came to one.
-    focused: [f64; 2],
+    /// Surfaces that eye walks met first by mirrors alone.
+    seen: Vec<PathVertex>,
+    /// Surfaces to which light came first by mirrors alone.
+    focused: Vec<PathVertex>,
     /// Walks that went from a surface into mirrors alone and hit a lamp, and all that went there.
     lucky: [u32; 2],
+}
+
+/// What a candidate's variance is made of.
+#[derive(Clone, Debug, Default)]
+struct Noise {
+    /// Σ h²/w_A.
+    squares: f64,
+    /// Σ h w_i/w_A by vertices and strategy.
+    means: BTreeMap<(usize, usize), f64>,
 }
 
 /// The solver for a view of a scene, where `rules` say which paths count.
@@ -96,7 +115,7 @@ pub fn advise(scene: &Scene, view: usize, rules: PathRules) -> Advice {
         SOLVERS.iter().any(|s| s.name == name)
             && AnySolver::new(name, &scene.integrator).is_some_and(|s| s.needs().check(scene).is_ok())
     };
-    if let Some(advice) = trial.hidden(can("photon-map")) {
+    if let Some(advice) = trial.hidden(scene, can("photon-map")) {
         return advice;
     }
     trial.best(&|name| can(name))
@@ -104,7 +123,7 @@ pub fn advise(scene: &Scene, view: usize, rules: PathRules) -> Advice {
 
 impl Trial {
     fn of(scene: &Scene, view: usize, rules: PathRules) -> Self {
-        let all = Bidirectional { exponent: 1 }.strategies_of(scene, view, rules);
+        let all = Bidirectional { exponent: 1, ..Bidirectional::default() }.strategies_of(scene, view, rules);
         let film = &all.view.film;
         let [corner, size] = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
         let pixels = f64::from(size.x) * f64::from(size.y);
@@ -121,8 +140,10 @@ impl Trial {
                     trial.add(block.y as usize * BLOCKS + block.x as usize, h, &whole.weights(&all), found.s);
                 }
             });
+            trial.count(&paths);
             trial.look_at_mirrors(scene, &paths);
         }
+        (trial.pixels, trial.rays[2]) = (pixels, paths.rays);
         trial
     }
 
@@ -131,13 +152,27 @@ impl Trial {
         self.light[block] += h;
         self.from_lights += if s >= 2 { h } else { 0.0 };
         for (i, candidate) in CANDIDATES.iter().enumerate() {
-            let own: f64 = (0..w.len()).filter(|s| (candidate.has)(*s, w.len())).map(|s| w[s]).sum();
-            if own > 0.0 {
-                self.squares[i][block] += h * h / own;
-            } else {
+            let own = || (0..w.len()).filter(|s| (candidate.has)(*s, w.len()));
+            let sum: f64 = own().map(|s| w[s]).sum();
+            // A path that was found and is said to have no density is beyond the range of numbers.
+            if sum.is_nan() {
+                continue;
+            }
+            if sum <= 0.0 {
                 self.missed[i] += h;
+            } else if w.len() > 2 {
+                let noise = &mut self.noise[i][block];
+                noise.squares += h * h / sum;
+                own().for_each(|s| *noise.means.entry((w.len(), s)).or_default() += h * w[s] / sum);
             }
         }
+    }
+
+    /// Counts the rays of either walk.
+    fn count(&mut self, paths: &Paths) {
+        let rays = |walk: &[PathVertex]| walk.iter().map(|v| 1 + u64::from(v.vertex.is_smooth())).sum::<u64>();
+        self.rays[0] += 1 + rays(&paths.eye);
+        self.rays[1] += 1 + rays(&paths.light.vertices);
     }
 
     /// Notes what mirrors did to the walks.
@@ -148,8 +183,9 @@ impl Trial {
             Some((i, walk[..i].iter().any(|v| v.is_dirac)))
         };
         if let Some((i, by_mirrors)) = first(&paths.eye) {
-            self.seen_in_mirrors[0] += u32::from(by_mirrors);
-            self.seen_in_mirrors[1] += 1;
+            if by_mirrors {
+                self.seen.push(paths.eye[i]);
+            }
             let behind = &paths.eye[i + 1..];
             if behind.first().is_some_and(|v| v.is_dirac) {
                 let hits_lamp = match behind.iter().find(|v| !v.is_dirac) {
@@ -160,25 +196,34 @@ impl Trial {
                 self.lucky[1] += 1;
             }
         }
-        if let Some((i, by_mirrors)) = first(&paths.light.vertices) {
-            let flux = f64::from(paths.light.vertices[i].beta.luminance());
-            self.focused[0] += if by_mirrors { flux } else { 0.0 };
-            self.focused[1] += flux;
+        if let Some((i, true)) = first(&paths.light.vertices) {
+            self.focused.push(paths.light.vertices[i]);
         }
     }
 
     /// A photon map, where light from mirrors is seen in mirrors.
-    fn hidden(&self, there_is_one: bool) -> Option<Advice> {
-        let share = |[part, all]: [f64; 2]| part / all.max(f64::MIN_POSITIVE);
-        let seen = share(self.seen_in_mirrors.map(f64::from));
-        let (focused, lucky) = (share(self.focused), share(self.lucky.map(f64::from)));
-        (there_is_one && seen * focused > HIDDEN && lucky < HIT).then(|| Advice {
+    fn hidden(&self, scene: &Scene, there_is_one: bool) -> Option<Advice> {
+        let n = f64::from(PATHS);
+        let radius = AROUND * scene.bounds.bounding_sphere().1;
+        let area = f64::from(radius * radius) * std::f64::consts::PI;
+        // β_y f(z → y) Φ_z / (π r²)
+        let carried = |y: &PathVertex, z: &PathVertex| {
+            let (a, b) = (&y.vertex.x, &z.vertex.x);
+            let near = a.p.distance_squared(b.p) < radius * radius && a.n.dot(b.n) > 0.5;
+            let cos = a.shading.n.dot(b.wo).abs();
+            if near && cos > 0.0 { f64::from((y.beta * y.vertex.eval(b.wo).0 * z.beta).luminance() / cos) } else { 0.0 }
+        };
+        let hidden: f64 =
+            self.seen.iter().flat_map(|y| self.focused.iter().map(move |z| carried(y, z))).sum::<f64>() / (n * n * area);
+        let known = self.light.iter().sum::<f64>() / (n * self.pixels);
+        let share = hidden / (hidden + known).max(f64::MIN_POSITIVE);
+        let lucky = f64::from(self.lucky[0]) / f64::from(self.lucky[1].max(1));
+        (there_is_one && share > HIDDEN && lucky < HIT).then(|| Advice {
             solver: "photon-map",
             reason: format!(
-                "{:.0} % of the picture is seen in mirrors or through glass, {:.0} % of the light comes by them, and walks from the eye practically never hit a \
-                 lamp that way: no unbiased solver finds that light; a photon map does, with a bias that falls with the number of iterations",
-                100.0 * seen,
-                100.0 * focused
+                "about {:.1} % of the light comes by mirrors or glass and is seen by them, and walks from the eye practically never hit a lamp that way: no \
+                 unbiased solver finds it; a photon map does, with a bias that falls with its iterations",
+                100.0 * share
             ),
         })
     }
@@ -205,7 +250,8 @@ impl Trial {
                 }
             }
             _ => {
-                let others = costs[0] / costs[2];
+                // Both may be without any noise that shows.
+                let others = costs[0].max(1e-9) / costs[2].max(1e-9);
                 Advice {
                     solver: "path-mis",
                     reason: format!(
@@ -217,7 +263,7 @@ impl Trial {
         }
     }
 
-    /// The mean over blocks of the variance of a sample, relative to the squared light there, times the time that it takes.
+    /// The mean over blocks of the variance of a sample, relative to the squared light there, times its rays.
     fn cost(&self, candidate: usize) -> f64 {
         let n = f64::from(PATHS);
         let blocks = (BLOCKS * BLOCKS) as f64;
@@ -225,9 +271,10 @@ impl Trial {
         let mean = |b: usize| self.light[b] / n * blocks;
         let e = 0.01 * ((0..self.light.len()).map(mean).sum::<f64>() / blocks).powi(2);
         let relative = |b: usize| {
-            let square = self.squares[candidate][b] / n * blocks;
-            (square - mean(b).powi(2)).max(0.0) / (mean(b).powi(2) + e)
+            let noise = &self.noise[candidate][b];
+            let known: f64 = noise.means.values().map(|sum| (sum / n * blocks).powi(2)).sum();
+            (noise.squares / n * blocks - known).max(0.0) / (mean(b).powi(2) + e)
         };
-        CANDIDATES[candidate].time * (0..self.light.len()).map(relative).sum::<f64>() / blocks
+        CANDIDATES[candidate].time * self.rays[candidate] as f64 / n * (0..self.light.len()).map(relative).sum::<f64>() / blocks
     }
 }

@@ -20,7 +20,7 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering::Relaxed;
 use std::time::Duration;
 
-const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1 }, Bidirectional { exponent: 2 }];
+const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1, faint: 0.0 }, Bidirectional { exponent: 2, faint: 0.005 }];
 #[test]
 fn furnaces() {
     let mut family = Family::default();
@@ -118,7 +118,7 @@ fn the_weighted_pictures_sum_to_the_picture() {
     let scene = room(&eye(), WALLS, &lamp());
     let rules = PathRules { max_edges: 4, ..PathRules::default() };
     let parts = strategy_pictures(&scene, rules, 16, 5, 3);
-    let whole = picture(&scene, &Bidirectional::default(), samples(16).with(rules).seed(3));
+    let whole = picture(&scene, &Bidirectional { faint: 0.0, ..Bidirectional::default() }, samples(16).with(rules).seed(3));
     for (i, pixel) in whole.iter().enumerate() {
         let sum: f32 = parts.iter().map(|p| p.weighted[i][0]).sum();
         assert!((sum / pixel[0] - 1.0).abs() < 1e-4, "pixel {i}: {sum} instead of {}", pixel[0]);

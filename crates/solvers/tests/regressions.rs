@@ -3,17 +3,24 @@
 
 mod common;
 
-use common::checks::{at_point, closed_form, floor, furnace, neumann, polygon_irradiance, round_furnace_scene};
+use common::checks::{agreement, at_point, closed_form, floor, furnace, neumann, polygon_irradiance, round_furnace_scene};
+use common::worlds::{all_scenes, cone, flat_furnace};
 use common::*;
 use etendue_film::{Film, FilmShape};
 use etendue_numerics::kernel::Kernel;
-use etendue_numerics::{Spectrum, Vec2};
-use etendue_solvers::PathRules;
+use etendue_numerics::{Dim, Numbers, Primary, Sampler, SequenceKind, Spectrum, Vec2, Wavelengths};
+use etendue_solvers::bidirectional::{Bidirectional, Paths};
 use etendue_solvers::direct::Direct;
+use etendue_solvers::light_nee::LightNee;
+use etendue_solvers::metropolis::Metropolis;
+use etendue_solvers::metropolis::mutation::Mutation;
 use etendue_solvers::oracle::Oracle;
 use etendue_solvers::path::Path;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::path_nee::PathNee;
+use etendue_solvers::photon_map::PhotonMap;
+use etendue_solvers::transport::PathState;
+use etendue_solvers::{PathRules, Solver};
 use std::f64::consts::PI;
 
 /// A furnace of half a millimetre, one a kilometre from the origin, and one of paper-thin height: rays that start a rounding error behind their
@@ -138,6 +145,10 @@ fn textures_of_nothing() {
             picture(scene, &PathMis::default(), samples(16)),
             picture(scene, &Direct { emitter_samples: 2, bsdf_samples: 2 }, samples(16)),
             picture(scene, &Oracle::default(), samples(16)),
+            picture(scene, &LightNee, samples(64)),
+            picture(scene, &Bidirectional::default(), samples(16)),
+            picture(scene, &METROPOLIS, samples(64)),
+            picture(scene, &PhotonMap::default(), samples(16)),
         ];
         for p in &pictures {
             let light = p.iter().flatten().any(|x| *x > 0.0);
@@ -173,5 +184,103 @@ fn lamps_that_are_never_sampled() {
     let mut family = Family::default();
     closed_form(&mut family, "path-nee", &scene, &PathNee, expected, 256, 0.08);
     closed_form(&mut family, "path-mis", &scene, &PathMis::default(), expected, 256, 0.08);
+    family.must_hold();
+}
+
+/// For small pictures.
+const METROPOLIS: Metropolis = Metropolis {
+    chains: 32,
+    bootstrap: 4096,
+    mutation: Mutation { large_step: 0.3, smallest: 1.0 / 1024.0, largest: 1.0 / 64.0 },
+    direct: 0,
+    renewal: 256,
+};
+
+/// Vertices very close together: in a furnace so flat that nearly every connection is short, nothing is infinite and nothing is missing.
+#[test]
+fn very_close_vertices() {
+    let scene = flat_furnace();
+    let mut family = Family::default();
+    furnace(&mut family, "path-mis", &PathMis::default(), (&scene, 0.5), Some(4), 256, 0.1);
+    furnace(&mut family, "metropolis", &METROPOLIS, (&scene, 0.5), Some(4), 4096, 0.1);
+    furnace(&mut family, "photon-map", &PhotonMap { radius: 0.002, ..PhotonMap::default() }, (&scene, 0.5), Some(4), 256, 0.1);
+    family.must_hold();
+}
+
+/// The edge of a spot's cone ends at the same place whoever looks for it: path-nee alone draws it from the lamp, the others from its walks, too.
+#[test]
+fn the_edge_of_a_cone() {
+    let scene = cone();
+    let rules = PathRules { max_edges: 2, ..PathRules::default() };
+    let of = |solver: &dyn Fn(Job) -> Vec<Picture>, spp: u32, seed: u64| solver(samples(spp).with(rules).seed(seed));
+    let reference = of(&|job| replicates(&scene, &PathNee, job), 128, 1);
+    let mut family = Family::default();
+    let mut agrees = |name: &str, ours: &[Picture]| agreement(&mut family, name, &scene, ours, &reference, 0.3);
+    agrees("path-mis", &of(&|job| replicates(&scene, &PathMis::default(), job), 128, 2));
+    agrees("light-nee", &of(&|job| replicates(&scene, &LightNee, job), 4096, 3));
+    agrees("metropolis", &of(&|job| replicates(&scene, &METROPOLIS, job), 1024, 4));
+    family.must_hold();
+}
+
+/// All numbers at the ends of their range, zero and one less an ulp, and in its middle, alone and mixed: every light, camera and scattering gives paths whose light is a number and
+/// falls on the film.
+#[test]
+fn numbers_at_the_ends_of_their_range() {
+    let ends = [0.0, 0.5, 1.0f32.next_down()];
+    for (name, scene) in all_scenes() {
+        let film = &scene.views[0].film;
+        let [corner, size] = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
+        let rules = PathRules { max_edges: 5, rr_depth: u32::MAX, ..PathRules::default() };
+        let all = Bidirectional::default().strategies_of(&scene, 0, rules);
+        let (mut paths, mut found) = (Paths::default(), 0);
+        for i in 0..243u32 {
+            // Each number one of the ends; of the first nine paths all the same one.
+            let pick = Sampler::new(SequenceKind::Independent, 1, 0, i, 243);
+            let end = |x: f32| ends[(x * 3.0) as usize];
+            let vector: Vec<Vec2> = (0..8 * Dim::SLOTS)
+                .map(|d| if i < 9 { Vec2::new(ends[i as usize / 3], ends[i as usize % 3]) } else { pick.u2(Dim(d)).map(end) })
+                .collect();
+            let u = Primary { vector: &vector, beyond: pick };
+            // The sum of a whole number and this rounds up: the driver keeps it within its pixel, and so must we.
+            let place = (u.u2(Dim(0)) * size).min(size.map(f32::next_down));
+            let ray = scene.views[0].sensor.sample_ray(corner + place, u.u2(Dim(1)), u.u1(Dim(2))).ray;
+            all.sample(PathState::start(ray, Spectrum::ONE, Wavelengths::Rgb), &u, &mut paths, &mut |f, _, _| {
+                found += 1;
+                assert!(f.value.is_finite() && (0.0..=1.0).contains(&f.weight), "{name}, {i}: {:?} {}", f.value, f.weight);
+                let at = f.pixel.map_or(place, |p| p - corner);
+                assert!(at.cmpge(Vec2::ZERO).all() && at.cmplt(size).all(), "{name}, {i}: {at}");
+            });
+        }
+        assert!(found > 0, "{name}");
+    }
+}
+
+/// A crop window shows of splats what the whole film shows there, by whomever: the light of a lamp that is a point, on a floor.
+#[test]
+fn splats_in_a_crop() {
+    let of = |film: &str| {
+        scene(&format!(
+            r#"{}{}<emitter type="point"><point name="position" x="0.2" y="0.1" z="1"/><rgb name="intensity" value="3"/></emitter>"#,
+            camera_with("0, 0, 3", "0, 0, 0", "0, 1, 0", 40.0, [24, 16], film),
+            floor(0.5)
+        ))
+    };
+    let filter = r#"<rfilter type="box"/>"#;
+    let window = r#"<integer name="crop_offset_x" value="6"/><integer name="crop_offset_y" value="4"/>
+        <integer name="crop_width" value="8"/><integer name="crop_height" value="8"/>"#;
+    let (whole, part) = (of(filter), of(&format!("{filter}{window}")));
+    let cut =
+        |picture: &Picture| -> Picture { (4..12).flat_map(|y| (6..14).map(move |x| y * 24 + x)).map(|i| picture[i]).collect() };
+    let reference: Vec<Picture> = replicates(&whole, &PathNee, samples(16)).iter().map(cut).collect();
+    let mut family = Family::default();
+    fn shots(scene: &etendue_scene::Scene, solver: &impl Solver, spp: u32) -> Vec<Picture> {
+        replicates(scene, solver, samples(spp).seed(5))
+    }
+    let mut agrees = |name: &str, ours: &[Picture]| agreement(&mut family, name, &part, ours, &reference, 0.3);
+    // Of a crop's particles most miss it: a film twice as large in each direction is six times the crop.
+    agrees("light-nee", &shots(&part, &LightNee, 4096));
+    agrees("bidirectional", &shots(&part, &Bidirectional::default(), 64));
+    agrees("metropolis", &shots(&part, &METROPOLIS, 512));
+    agrees("photon-map", &shots(&part, &PhotonMap::default(), 64));
     family.must_hold();
 }

@@ -24,6 +24,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `exponent` | β of the weights: 1 is the balance heuristic, 2 the power heuristic | 2 |
+//! | `faint` | connections that would add less than this part of the picture's mean to a pixel cast their shadow ray by roulette | 0.005 |
 
 pub mod connect;
 pub mod eye;
@@ -62,11 +63,13 @@ use worth::Worth;
 pub struct Bidirectional {
     /// β of the weights: 1 or 2.
     pub exponent: u32,
+    /// δ / L: below which part of the picture's mean connections are cast by roulette; 0 casts all.
+    pub faint: f32,
 }
 
 impl Default for Bidirectional {
     fn default() -> Self {
-        Self { exponent: 2 }
+        Self { exponent: 2, faint: 0.005 }
     }
 }
 
@@ -83,11 +86,18 @@ pub struct Paths {
 
 impl Bidirectional {
     /// What users may set.
-    pub const PARAMETERS: &[Parameter<Self>] = &[Parameter {
-        name: "exponent",
-        summary: "how strategies share: 1 in proportion to their densities, 2 to their squares",
-        slot: |s| Slot::Count(&mut s.exponent, 1..=2),
-    }];
+    pub const PARAMETERS: &[Parameter<Self>] = &[
+        Parameter {
+            name: "exponent",
+            summary: "how strategies share: 1 in proportion to their densities, 2 to their squares",
+            slot: |s| Slot::Count(&mut s.exponent, 1..=2),
+        },
+        Parameter {
+            name: "faint",
+            summary: "below which part of the picture's mean a connection is cast by roulette",
+            slot: |s| Slot::Number(&mut s.faint, 0.0..=1.0),
+        },
+    ];
 
     /// What the strategies of a run share.
     pub fn strategies<'a>(&self, scene: &'a Scene, run: &Run<'_>) -> Strategies<'a> {
@@ -188,7 +198,7 @@ impl Solver for Bidirectional {
     }
 
     fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Worth {
-        Worth::by_trial(&self.strategies(scene, run), run)
+        Worth::by_trial(self.faint, &self.strategies(scene, run), run)
     }
 
     fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) {

@@ -1,11 +1,11 @@
 //! Which connections are worth a shadow ray: roulette before the ray is cast [after Veach 1997, §10.3.3].
 //!
 //! ```text
-//! c = w C, were nothing in between       cast with probability q = min(1, c / δ),  and then C grows to C / q        δ = 0.005 · L
+//! c = w C, were nothing in between       cast with probability q = min(1, c / δ),  and then C grows to C / q        δ = `faint` · L
 //! ```
 //!
-//! L is the picture's mean, from a short trial. Most connections carry next to nothing, because some other strategy finds their path far better; δ is so far below the
-//! noise of a sample that it does not show, and half of all rays are saved.
+//! L is the picture's mean without emitters seen directly, from a short trial. Most connections carry next to nothing, because some other strategy finds their path far better; δ is so far below the
+//! noise of a sample that it does not show.
 
 use super::{Paths, Strategies};
 use crate::drivers::pixels::eye_walk;
@@ -15,8 +15,6 @@ use etendue_numerics::{Dim, Sampler, SequenceKind, Spectrum, Vec2};
 use etendue_scene::View;
 use serde::{Deserialize, Serialize};
 
-/// δ / L.
-const SMALL: f32 = 0.005;
 /// Paths of the trial.
 const PATHS: u32 = 512;
 
@@ -36,8 +34,11 @@ impl Worth {
         Self { least: 0.0, splat: 1.0 / (width * height) }
     }
 
-    /// Those that matter to the picture's mean.
-    pub fn by_trial(all: &Strategies<'_>, run: &Run<'_>) -> Self {
+    /// Those that add at least the part `faint` of the picture's mean.
+    pub fn by_trial(faint: f32, all: &Strategies<'_>, run: &Run<'_>) -> Self {
+        if faint <= 0.0 {
+            return all.worth;
+        }
         let film = &all.view.film;
         let [corner, size] = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
         let (mut paths, mut sum) = (Paths::default(), 0.0f64);
@@ -45,12 +46,13 @@ impl Worth {
             let u = Sampler::new(SequenceKind::Sobol, run.seed, u64::MAX, i, PATHS);
             let eye = eye_walk(&all.c, run.view, corner + u.u2(Dim::at(0, slot::PIXEL)) * size, &u);
             all.sample(eye, &u, &mut paths, &mut |f, _, _| {
-                let c = (f.value * f.weight).max_lane() * if f.pixel.is_some() { all.worth.splat } else { 1.0 };
-                // Half of it may come in few bright paths: they are no measure for the others.
+                // A lamp in view is no measure for what it lights.
+                let seen = if f.s + f.t > 2 { f.weight } else { 0.0 };
+                let c = (f.value * seen).max_lane() * if f.pixel.is_some() { all.worth.splat } else { 1.0 };
                 sum += if c.is_finite() { f64::from(c) } else { 0.0 };
             });
         }
-        Self { least: SMALL * (sum / f64::from(PATHS)) as f32, ..all.worth }
+        Self { least: faint * (sum / f64::from(PATHS)) as f32, ..all.worth }
     }
 
     /// By how much light that would add `c` to a pixel must be multiplied; `None` where no ray shall be cast for it.
