@@ -59,7 +59,7 @@ fn solver_names() -> String {
     SOLVERS.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The solver of `asked`, or of the scene; refused in words where it is not there yet or the scene is not for it.
+/// The solver of `asked`, or of the scene; refused in words where the scene is not for it.
 /// `parameters` are set on it in their order.
 pub(crate) fn choose(asked: Option<&str>, parameters: &[(String, String)], loaded: &Loaded) -> Result<Choice, RenderError> {
     let integrator = &loaded.scene.integrator;
@@ -72,8 +72,7 @@ pub(crate) fn choose(asked: Option<&str>, parameters: &[(String, String)], loade
     }
     check_solver_name(name)?;
     let Some(mut solver) = AnySolver::new(name, integrator) else {
-        let words = format!("the solver `{name}` is not there yet\n  help: solvers that are: {}", solver_names());
-        return Err(RenderError(words));
+        return Err(RenderError(format!("`{name}` stands for one of the others\n  help: solvers: {}", solver_names())));
     };
     let refused = |refusal: Refusal| {
         let instead = refusal.instead.join(" or --solver ");

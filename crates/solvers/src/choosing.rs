@@ -113,7 +113,7 @@ pub fn advise(scene: &Scene, view: usize, rules: PathRules) -> Advice {
     let trial = Trial::of(scene, view, rules);
     let can = |name: &str| {
         SOLVERS.iter().any(|s| s.name == name)
-            && AnySolver::new(name, &scene.integrator).is_some_and(|s| s.needs().check(scene).is_ok())
+            && AnySolver::new(name, &scene.integrator).is_some_and(|s| s.needs().check(scene).is_ok() && s.refuses(scene).is_none())
     };
     if let Some(advice) = trial.hidden(scene, can("photon-map")) {
         return advice;

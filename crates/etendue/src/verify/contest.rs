@@ -41,7 +41,7 @@ pub(super) fn chosen(options: &VerifyOptions, scene: &Scene) -> (Vec<AnySolver>,
     let (mut solvers, mut left_out) = (Vec::new(), Vec::new());
     for name in names {
         let Some(solver) = AnySolver::new(name, &scene.integrator) else {
-            left_out.push((name.to_owned(), "it is not there yet".to_owned()));
+            left_out.push((name.to_owned(), "it stands for one of the others".to_owned()));
             continue;
         };
         let reason = match (solver.needs().check(scene), solver.estimates()) {
