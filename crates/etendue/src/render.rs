@@ -28,7 +28,7 @@ pub struct RenderOptions {
     pub view: usize,
     /// Solver name; the scene's own otherwise.
     pub solver: Option<String>,
-    /// Why it is that one, where it was chosen by [`advise`](crate::advise).
+    /// Why it is that one, where it was chosen by [`advise`].
     pub because: Option<String>,
     /// Parameters of the solver, by name; its defaults otherwise.
     pub parameters: Vec<(String, String)>,
