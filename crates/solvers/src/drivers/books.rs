@@ -49,14 +49,15 @@ impl Books {
         self.particles += particles;
     }
 
-    /// Adds other books.
-    pub fn merge(&mut self, other: &Self) {
+    /// These and other books in one.
+    pub fn merged(mut self, other: &Self) -> Self {
         let add = |sum: &mut [Fixed; 3], entry: &[Fixed; 3]| sum.iter_mut().zip(entry).for_each(|(s, e)| *s += *e);
         add(&mut self.emitted, &other.emitted);
         add(&mut self.absorbed, &other.absorbed);
         add(&mut self.escaped, &other.escaped);
         add(&mut self.cut, &other.cut);
         self.particles += other.particles;
+        self
     }
 
     /// The books closed.

@@ -23,7 +23,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `radius` | r of the first pass, m; 0 takes `pixels` | 0 |
-//! | `pixels` | r of the first pass in widths of a pixel at the median distance | 3 |
+//! | `pixels` | r of the first pass in widths of a pixel at the median distance | 4 |
 //! | `alpha` | α: the larger, the slower the radius shrinks | 2/3 |
 //! | `photons` | particles per pass; 0 is one for each pixel | 0 |
 //! | `gloss` | density, 1/sr, from which on directions are walked | 1 |
@@ -72,7 +72,7 @@ pub const SHOW: &[&str] = &["all", "caustic", "global"];
 
 impl Default for PhotonMap {
     fn default() -> Self {
-        Self { radius: 0.0, pixels: 3.0, alpha: 2.0 / 3.0, photons: 0, gloss: 1.0, direct: 1, show: 0 }
+        Self { radius: 0.0, pixels: 4.0, alpha: 2.0 / 3.0, photons: 0, gloss: 1.0, direct: 1, show: 0 }
     }
 }
 
@@ -186,7 +186,7 @@ impl Solver for PhotonMap {
         let Some(books) = state.map.shoot(self, scene, run, k, r, work) else { return };
         // A pass that was stopped among its tiles shoots the same photons again.
         if state.booked <= k {
-            state.books.merge(&books);
+            state.books = state.books.merged(&books);
             state.booked = k + 1;
         }
         pixels::pass(&Eye { solver: self, map: &state.map }, scene, run, k, work);

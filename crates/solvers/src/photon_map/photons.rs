@@ -27,7 +27,7 @@ pub struct Photon {
     pub unseen: bool,
 }
 
-/// The photons of a pass, by place. Its memory is kept from pass to pass.
+/// The photons of a pass, by place. Their memory is kept from pass to pass.
 #[derive(Clone, Debug, Default)]
 pub struct Photons {
     /// Where they are.
@@ -36,6 +36,10 @@ pub struct Photons {
     pub photons: Vec<Photon>,
     /// Particles that were shot.
     pub shot: u64,
+    /// Photons as they come, chunk by chunk.
+    chunks: Vec<Vec<(Vec3, Photon)>>,
+    /// Where they are, in that order.
+    points: Vec<Vec3>,
 }
 
 impl Photons {
@@ -53,39 +57,48 @@ impl Photons {
         let path = Context { scene, rules: run.rules };
         // The edge to the eye is to come.
         let c = LightContext { path, view, reach: run.rules.max_edges.saturating_sub(1) };
-        let count = solver.particles(view.film.crop_size);
-        let numbers = Numbers::new(run, k, count);
+        self.shot = solver.particles(view.film.crop_size);
+        let numbers = Numbers::new(run, k, self.shot);
+        self.chunks.resize_with(self.shot.div_ceil(CHUNK) as usize, Vec::new);
 
-        let chunk = |tally: &mut Tally, chunk: u64| {
+        let chunk = |tally: &mut Tally, (chunk, kept): (usize, &mut Vec<(Vec3, Photon)>)| {
             if (work.stop_now)() {
                 return None;
             }
             tally.clear();
-            let mut kept = Vec::new();
-            let particles = chunk * CHUNK..count.min((chunk + 1) * CHUNK);
-            for i in particles.clone() {
-                follow(solver, &c, &numbers.of(i), tally, &mut kept);
-            }
+            kept.clear();
+            let first = chunk as u64 * CHUNK;
+            let count = CHUNK.min(self.shot - first);
+            (first..first + count).for_each(|i| follow(solver, &c, &numbers.of(i), tally, kept));
             let mut books = Books::default();
-            books.add(tally.entries(), particles.end - particles.start);
+            books.add(tally.entries(), count);
             work.progress.rays.fetch_add(tally.rays, Ordering::Relaxed);
-            work.progress.paths.fetch_add(particles.end - particles.start, Ordering::Relaxed);
-            Some((books, kept))
+            work.progress.paths.fetch_add(count, Ordering::Relaxed);
+            Some(books)
         };
-        let chunks: Option<Vec<_>> =
-            (0..count.div_ceil(CHUNK)).into_par_iter().map_init(|| Tally::new(&view.film), chunk).collect();
-
-        let (mut points, mut photons, mut books) = (Vec::new(), Vec::new(), Books::default());
-        for (theirs, kept) in chunks? {
-            books.merge(&theirs);
-            points.extend(kept.iter().map(|(p, _)| *p));
-            photons.extend(kept.into_iter().map(|(_, photon)| photon));
-        }
-        self.shot = count;
-        self.index.build(&points, radius);
-        self.photons.clear();
-        self.index.numbers().par_iter().map(|i| photons[*i as usize]).collect_into_vec(&mut self.photons);
+        let merge = |a: Option<Books>, b: Option<Books>| Some(a?.merged(&b?));
+        let nothing = || Some(Books::default());
+        let chunks = self.chunks.par_iter_mut().enumerate();
+        let books = chunks.map_init(|| Tally::new(&view.film), chunk).reduce(nothing, merge)?;
+        self.sort(radius);
         Some(books)
+    }
+
+    /// From the order in which they came to the order of the index.
+    fn sort(&mut self, radius: f32) {
+        self.points.clear();
+        let mut ends = Vec::with_capacity(self.chunks.len());
+        for chunk in &self.chunks {
+            self.points.extend(chunk.iter().map(|(p, _)| *p));
+            ends.push(self.points.len());
+        }
+        self.index.build(&self.points, radius);
+        let number = |i: &u32| {
+            let i = *i as usize;
+            let chunk = ends.partition_point(|end| *end <= i);
+            self.chunks[chunk][i - if chunk == 0 { 0 } else { ends[chunk - 1] }].1
+        };
+        self.index.numbers().par_iter().map(number).collect_into_vec(&mut self.photons);
     }
 }
 

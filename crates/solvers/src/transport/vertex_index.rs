@@ -26,6 +26,8 @@ pub struct VertexIndex {
     points: Vec<Vec3>,
     /// Their numbers, by place.
     numbers: Vec<u32>,
+    /// Their buckets, by number.
+    buckets: Vec<u32>,
 }
 
 /// Buckets of a query: two cells along each axis, three where rounding says so.
@@ -41,7 +43,8 @@ impl VertexIndex {
         let buckets = points.len().next_power_of_two().max(1);
         self.starts.clear();
         self.starts.resize(buckets + 1, 0);
-        let of: Vec<u32> = points.par_iter().map(|p| self.bucket(self.cell(*p))).collect();
+        let mut of = std::mem::take(&mut self.buckets);
+        points.par_iter().map(|p| self.bucket(self.cell(*p))).collect_into_vec(&mut of);
 
         // Counting sort: counts, their sums, and every point to its place, first come, first served.
         of.iter().for_each(|b| self.starts[*b as usize] += 1);
@@ -59,6 +62,7 @@ impl VertexIndex {
             self.numbers[*place as usize] = number as u32;
             *place += 1;
         }
+        self.buckets = of;
         // Every start has moved to its bucket's end.
         self.starts.rotate_right(1);
         self.starts[0] = 0;
@@ -109,7 +113,8 @@ impl VertexIndex {
 
     #[inline]
     fn cell(&self, p: Vec3) -> [i32; 3] {
-        (p * self.per_edge).floor().to_array().map(|x| x as i32)
+        let cell = (p * self.per_edge).floor();
+        [cell.x as i32, cell.y as i32, cell.z as i32]
     }
 
     #[inline]
