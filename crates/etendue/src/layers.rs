@@ -12,7 +12,7 @@ const MOST_SAMPLES: u32 = 64;
 
 /// A layer to be made.
 pub(crate) struct Plan {
-    name: String,
+    pub(crate) name: String,
     pub(crate) quantity: Quantity,
 }
 

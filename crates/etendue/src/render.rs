@@ -204,6 +204,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         mean,
         stopped: if failure.is_some() { "failed" } else { stopped_word(end.stopped) }.to_owned(),
         noise_percent: end.noise.map(|n| <[f64; 3]>::from(n.percent())),
+        lights: Vec::new(),
         books: end.books,
     };
     Ok(Rendering { picture, stats, stopped: end.stopped, black, failure })

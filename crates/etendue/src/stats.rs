@@ -49,7 +49,23 @@ pub struct Stats {
     pub stopped: String,
     /// Estimated √relMSE in per cent with its 95 % interval, in noise mode.
     pub noise_percent: Option<[f64; 3]>,
+    /// The lights, where each was rendered alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<LightStats>,
     /// Light tracers: where the flux went, W by channel, emitted = absorbed + escaped + cut + residual.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub books: Option<Balance>,
+}
+
+/// One light, rendered alone.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct LightStats {
+    /// Its name, and its layer's.
+    pub name: String,
+    /// Samples taken per pixel.
+    pub spp: u32,
+    /// Mean of its picture, linear Rec.709.
+    pub mean: [f64; 3],
+    /// Estimated √relMSE in per cent with its 95 % interval, in noise mode.
+    pub noise_percent: Option<[f64; 3]>,
 }

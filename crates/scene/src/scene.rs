@@ -53,6 +53,14 @@ pub struct Transmittance {
 }
 
 impl Scene {
+    /// Switches emitters on and off. One that is off sends out no light; its surface reflects, and stands in the way, as before.
+    pub fn switch(&mut self, lit: impl Fn(EmitterId) -> bool) {
+        for (i, emitter) in self.emitters.iter_mut().enumerate() {
+            emitter.lit = lit(EmitterId(i as u32));
+        }
+        self.lights = Lights::new(self);
+    }
+
     /// RT(x, w): the first surface along the ray.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {

@@ -2,7 +2,7 @@
 
 use super::tonemap::ToneArguments;
 use etendue::Rendering;
-use etendue_image::{Format, Picture, SaveOptions, save, write_atomically};
+use etendue_image::{Format, ImageError, Picture, SaveOptions, save, write_atomically};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -35,15 +35,7 @@ pub fn write_pictures(files: &[PathBuf], tone: ToneArguments, rendering: &Render
     let mut failures = Vec::new();
     let mut kept = false;
     for path in files {
-        let linear = Format::of_path(path).is_some_and(Format::is_linear);
-        let result = if linear {
-            save(path, &rendering.picture, &SaveOptions::default())
-        } else {
-            let image = tone.map().image(&rendering.picture.image);
-            let shown = Picture { image, layers: Vec::new(), attributes: rendering.picture.attributes.clone() };
-            save(path, &shown, &SaveOptions::default())
-        };
-        match result {
+        match write(path, &rendering.picture, tone) {
             Ok(()) => kept = true,
             Err(e) => failures.push(e.to_string()),
         }
@@ -58,6 +50,28 @@ pub fn write_pictures(files: &[PathBuf], tone: ToneArguments, rendering: &Render
         }
     }
     Err(failures.join("\n"))
+}
+
+/// A picture as it is, or shown on a display, as the file's ending says.
+fn write(path: &Path, picture: &Picture, tone: ToneArguments) -> Result<(), ImageError> {
+    if Format::of_path(path).is_some_and(Format::is_linear) {
+        return save(path, picture, &SaveOptions::default());
+    }
+    let shown = Picture { image: tone.map().image(&picture.image), layers: Vec::new(), attributes: picture.attributes.clone() };
+    save(path, &shown, &SaveOptions::default())
+}
+
+/// Writes the picture of each light beside those files that hold no layers: NAME.LIGHT.png beside NAME.png.
+pub fn write_lights(files: &[PathBuf], tone: ToneArguments, rendering: &Rendering) -> Result<(), String> {
+    for path in files.iter().filter(|path| Format::of_path(path) != Some(Format::Exr)) {
+        for light in &rendering.stats.lights {
+            let Some(image) = rendering.picture.layer(&light.name) else { continue };
+            let alone = Picture { image: image.clone(), layers: Vec::new(), attributes: rendering.picture.attributes.clone() };
+            let ending = path.extension().unwrap_or_default().to_string_lossy().into_owned();
+            write(&path.with_extension(format!("{}.{ending}", light.name)), &alone, tone).map_err(|e| e.to_string())?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes the numbers of the render.

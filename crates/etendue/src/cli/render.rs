@@ -6,7 +6,10 @@ use super::progress::{Display, NoiseCell, Style};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, summary};
 use clap::Args;
-use etendue::{Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, advise, check, cores, load, render};
+use etendue::{
+    Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, advise, check, check_per_light, cores, load, render,
+    render_per_light,
+};
 use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
@@ -79,6 +82,10 @@ pub struct RenderArguments {
     /// Layers in the EXR beside the picture: albedo, normal, geometric-normal, depth, position, uv, …
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse::quantity)]
     aov: Vec<Quantity>,
+    /// Render each light alone, and the picture as their sum. In .exr each light is a layer of its name, other formats get a file more for each:
+    /// NAME.LIGHT.png.
+    #[arg(long, conflicts_with_all = ["checkpoint", "resume"])]
+    per_light: bool,
     /// Write one JSON object with the numbers of the render.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -111,7 +118,7 @@ pub fn run(a: &RenderArguments) -> Done {
     let resume = a.resume.as_deref().map(read_checkpoint).transpose()?;
     let threads = a.threads.map(usize::from);
     let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads };
-    let loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
+    let mut loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
     let pictures = pictures(a, &loaded.name);
     if a.output.is_empty() {
         pictures.iter().try_for_each(|path| files::writable(path))?;
@@ -143,7 +150,8 @@ pub fn run(a: &RenderArguments) -> Done {
         options.solver = Some(advice.solver.to_owned());
         options.because = Some(advice.reason);
     }
-    check(&loaded, &options).map_err(|e| e.to_string())?;
+    let may_begin = if a.per_light { check_per_light(&loaded, &options) } else { check(&loaded, &options) };
+    may_begin.map_err(|e| e.to_string())?;
 
     if !a.quiet {
         if !a.aov.is_empty() && !pictures.iter().any(|p| Format::of_path(p) == Some(Format::Exr)) {
@@ -161,12 +169,26 @@ pub fn run(a: &RenderArguments) -> Done {
     stop_on_ctrl_c(&watch, |watch| &watch.cancel, INTERRUPTED, "not save the picture");
     let style = if a.quiet && a.progress != Style::Json { Style::None } else { a.progress };
     let pixels = view.map_or(0, |v| v.film.crop_size.map(u64::from).iter().product());
-    let display = Display::start(style, Arc::clone(&watch), stop, pixels, noise);
-    let rendering = render(&loaded, &options, &watch);
-    drop(display);
+    let show = |stop: Stop| Display::start(style, Arc::clone(&watch), stop, pixels, Arc::clone(&noise));
+    let rendering = if a.per_light {
+        let (count, mut display) = (loaded.scene.emitters.len(), None);
+        let stop = if let Stop::Time(time) = stop { Stop::Time(time / count.max(1) as u32) } else { stop };
+        render_per_light(&mut loaded, &options, &watch, &mut |i, name| {
+            // The one before ends first: there is one line for both.
+            drop(display.take());
+            if !a.quiet {
+                output::message(&format!("light {} of {count}: {name}", i + 1));
+            }
+            display = Some(show(stop));
+        })
+    } else {
+        let _display = show(stop);
+        render(&loaded, &options, &watch)
+    };
     let rendering = rendering.map_err(|e| e.to_string())?;
 
     let written = files::write_pictures(&pictures, a.tone, &rendering);
+    files::write_lights(&pictures, a.tone, &rendering)?;
     if let Some(path) = &a.stats {
         files::write_stats(path, &rendering)?;
     }

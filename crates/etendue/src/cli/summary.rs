@@ -42,6 +42,12 @@ pub fn tell(rendering: &Rendering, files: &[PathBuf], target: Option<f64>) {
         per_second(s.rays),
         memory::human(s.peak_memory_bytes)
     ));
+    let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let share = |mean: [f64; 3]| 100.0 * luminance(mean) / luminance(s.mean).max(1e-300);
+    let lights: Vec<_> = s.lights.iter().map(|l| format!("{} {:.1} %", l.name, share(l.mean))).collect();
+    if !lights.is_empty() {
+        message(&format!("of the light in the picture: {}", lights.join(", ")));
+    }
     if let (Some([value, low, high]), Some(target)) = (s.noise_percent, target) {
         let verdict = if rendering.stopped == Stopped::Noise { "reached" } else { "not reached" };
         message(&format!("noise target {target} % {verdict}: √relMSE is {value:.3} % (95 % interval {low:.3} to {high:.3} %)"));

@@ -6,6 +6,7 @@ use crate::experiment::ExperimentError;
 use etendue_check::student_quantile;
 use etendue_image::{Image, Layer, Picture};
 use etendue_solvers::agreement::{Expected, REPLICATES, judge};
+use etendue_solvers::{AnySolver, Estimates};
 
 type Compared<T> = Result<T, ExperimentError>;
 
@@ -39,7 +40,7 @@ pub(super) fn relative_variance(s: &Spread) -> f64 {
 
 #[expect(clippy::too_many_arguments, reason = "what was rendered, and what it is held against; called once")]
 pub(super) fn entry(
-    name: &str,
+    solver: &AnySolver,
     (pixels, seconds, rays, spp, dropped, series): &Straight,
     spread: &Spread,
     reference: &Standardised,
@@ -53,7 +54,8 @@ pub(super) fn entry(
     let error = |x: &[[f32; 3]]| rel_mse(x, &reference.pixels, &reference.variance);
     let points: Vec<Point> =
         series.iter().map(|(passes, seconds, x)| Point { passes: *passes, seconds: *seconds, rel_mse: error(x) }).collect();
-    let agreement = (!is_reference).then(|| match &reference.sample {
+    let biased = solver.estimates() == Estimates::InTheLimit;
+    let agreement = (!is_reference && !biased).then(|| match &reference.sample {
         Some(other) => judge(&spread.sample, Expected::Sample(other), &options.standard, tests),
         None => judge(&spread.sample, Expected::Known(&known), &options.standard, tests),
     });
@@ -77,7 +79,7 @@ pub(super) fn entry(
     let difference: Pixels =
         spread.mean.iter().zip(&reference.pixels).map(|(x, r)| std::array::from_fn(|c| x[c] as f32 - r[c])).collect();
     Ok(Entry {
-        solver: name.to_owned(),
+        solver: solver.name().to_owned(),
         spp: *spp,
         seconds: *seconds,
         rays: *rays,
@@ -90,6 +92,7 @@ pub(super) fn entry(
         replicate_spp: spread.spp,
         replicates: REPLICATES,
         variance_second: total / (3 * variance.len()).max(1) as f64 * spread.elapsed.as_secs_f64(),
+        biased,
         agreement,
         dropped: dropped + spread.dropped,
         picture: layered(size, pixels, &variance, &difference)?,

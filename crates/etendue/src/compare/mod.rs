@@ -112,7 +112,9 @@ pub struct Entry {
     pub replicates: u32,
     /// Mean over the pixels of the variance of a picture of one second, relative to r² + e.
     pub variance_second: f64,
-    /// The test against the reference; none for the solver that made it.
+    /// Its pictures are right in the limit only.
+    pub biased: bool,
+    /// The test against the reference; none for the solver that made it, nor for one that is biased by design.
     pub agreement: Option<Agreement>,
     /// Samples that were not finite.
     pub dropped: u64,

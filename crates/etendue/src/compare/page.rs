@@ -96,6 +96,10 @@ fn table(r: &Results) -> String {
     for (i, s) in r.solvers.iter().enumerate() {
         let slope = s.slope.map_or("–".to_owned(), |s| format!("{s:+.2}").replace('-', "−"));
         let verdict = match &s.agreement {
+            None if s.biased => {
+                "<span class=\"verdict none\" title=\"right in the limit only: see the slope, and the interval of the bias\">biased</span>"
+                    .to_owned()
+            }
             None => {
                 "<span class=\"verdict none\" title=\"it made the reference, and is not tested against itself\">reference</span>"
                     .to_owned()

@@ -85,7 +85,7 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     let size = trial.shape().size;
     let mut entries = Vec::new();
     for (i, (solver, (straight, spread))) in solvers.iter().zip(runs).enumerate() {
-        entries.push(entry(solver.name(), &straight, &spread, &reference, reference.by == Some(i), options, tests, size)?);
+        entries.push(entry(solver, &straight, &spread, &reference, reference.by == Some(i), options, tests, size)?);
     }
     let mean = trial.grid().means(&reference.pixels)[0];
     let zero = vec![[0.0f32; 3]; reference.pixels.len()];

@@ -61,7 +61,7 @@ impl<'a> Compiler<'a> {
 
         if let Some(model) = model {
             let emitter = EmitterId(self.emitters.len() as u32);
-            self.emitters.push(Emitter { model, sampling_weight, node: id });
+            self.emitters.push(Emitter { model, sampling_weight, node: id, lit: true });
             if let Some(surface) = surface {
                 self.surfaces.get_mut(surface).emitter = Some(emitter);
             }

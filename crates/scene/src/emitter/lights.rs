@@ -62,7 +62,7 @@ impl Lights {
             lights.first_emitting.push(lights.emitting.len() as u32);
             lights.first.push(None);
             let own = flux.len();
-            for primitive in 0..emitter.model.primitive_count(scene) {
+            for primitive in 0..emitter.primitive_count(scene) {
                 let light = LightId { emitter: id, primitive };
                 lights.emitting.push(light);
                 flux.push(scalar(emitter.model.power_of(scene, primitive)));
@@ -84,10 +84,10 @@ impl Lights {
                     Extent::Unseen => {}
                 }
             }
-            lights.power += emitter.model.power(scene);
+            lights.power += emitter.power(scene);
             // The flux of textured primitives is known from a few points of each: none is left without its chance.
             let own = &mut flux[own..];
-            let least = 0.02 * own.iter().sum::<f32>() / own.len() as f32;
+            let least = 0.02 * own.iter().sum::<f32>() / own.len().max(1) as f32;
             own.iter_mut().for_each(|f| *f = f.max(least));
         }
         lights.tree = LightTree::new(&bounds);

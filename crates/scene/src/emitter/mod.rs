@@ -215,13 +215,15 @@ pub struct Emitter {
     pub sampling_weight: f32,
     /// The node of the description that it came from.
     pub node: NodeId,
+    /// Whether it is switched on; [`Scene::switch`] says which are.
+    pub lit: bool,
 }
 
 impl Emitter {
     /// Le(x → `x.wo`), W/(m² sr).
     #[inline]
     pub fn le(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Spectrum {
-        self.model.le(scene, x, wl)
+        if self.lit { self.model.le(scene, x, wl) } else { Spectrum::ZERO }
     }
 
     /// Le of the surroundings seen in the unit direction `d`, W/(m² sr).
@@ -232,7 +234,12 @@ impl Emitter {
 
     /// Flux Φ, W.
     pub fn power(&self, scene: &Scene) -> Spectrum {
-        self.model.power(scene)
+        if self.lit { self.model.power(scene) } else { Spectrum::ZERO }
+    }
+
+    /// How many light primitives send out light.
+    pub fn primitive_count(&self, scene: &Scene) -> u32 {
+        if self.lit { self.model.primitive_count(scene) } else { 0 }
     }
 
     /// Whether no ray can meet it: it is a point, or shines in single directions.

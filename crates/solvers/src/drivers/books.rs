@@ -38,6 +38,20 @@ pub struct Balance {
     pub residual: [f64; 3],
 }
 
+impl Balance {
+    /// The books of two lights together.
+    pub fn plus(&self, other: &Self) -> Self {
+        let add = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|c| a[c] + b[c]);
+        Self {
+            emitted: add(self.emitted, other.emitted),
+            absorbed: add(self.absorbed, other.absorbed),
+            escaped: add(self.escaped, other.escaped),
+            cut: add(self.cut, other.cut),
+            residual: add(self.residual, other.residual),
+        }
+    }
+}
+
 impl Books {
     /// Adds the entries of so many particles.
     pub fn add(&mut self, entries: &Entries, particles: u64) {

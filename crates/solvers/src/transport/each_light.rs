@@ -26,7 +26,7 @@ struct OneLight {
 impl EachLight {
     /// The lights of `scene`.
     pub fn new(scene: &Scene) -> Self {
-        let count = |id: EmitterId| scene.emitter(id).model.primitive_count(scene);
+        let count = |id: EmitterId| scene.emitter(id).primitive_count(scene);
         let ids = (0..scene.emitters.len() as u32).map(EmitterId).filter(|id| count(*id) > 0);
         Self(ids.map(|id| OneLight { emitter: id, primitives: (count(id) > 1).then(|| by_flux(scene, id, count(id))) }).collect())
     }
