@@ -7,6 +7,7 @@
 //! Every emitter has a layer of its own name: its id in the file, or that of the shape that it belongs to. Surfaces of lights that are off reflect and stand
 //! in the way as before.
 
+use crate::choice::advise;
 use crate::layers;
 use crate::load::Loaded;
 use crate::picture::mean;
@@ -59,7 +60,9 @@ pub fn check_per_light(loaded: &Loaded, options: &RenderOptions) -> Result<(), R
     if options.checkpoint_every.is_some() || options.resume.is_some() {
         return refused("lights are rendered one by one without checkpoints");
     }
-    let name = options.solver.as_deref().unwrap_or(&loaded.scene.integrator.solver);
+    let advice = advise(loaded, options)?;
+    let asked = advice.as_ref().map(|a| a.solver).or(options.solver.as_deref());
+    let name = asked.unwrap_or(&loaded.scene.integrator.solver);
     let Some(mut solver) = AnySolver::new(name, &loaded.scene.integrator) else {
         return Err(RenderError(format!("`{name}` shows no light that could be told apart by lights")));
     };
@@ -97,6 +100,10 @@ pub fn render_per_light(
         other => other,
     });
     let mut options = RenderOptions { stop, ..options.clone() };
+    // One solver for all of them, though each alone might suggest another.
+    if let Some(advice) = advise(loaded, &options)? {
+        (options.solver, options.because) = (Some(advice.solver.to_owned()), Some(advice.reason));
+    }
     let mut sum: Option<Rendering> = None;
     for (i, name) in names.iter().enumerate() {
         begin(i, name);
