@@ -41,10 +41,11 @@ fn right_solvers_pass_with_figures() {
     assert!(report.lines().last().is_some_and(|l| l.starts_with("PASS: ") && l.contains("would have been seen")), "{report}");
     let v = json(folder.path().join("verdict.json"));
     assert_eq!(v["verdict"], "PASS");
-    // path against path-mis with all light, and direct against the better of them with one bounce; five depths of each, four of direct.
-    assert_eq!((v["pairs"].as_array().map(Vec::len), v["furnace"].as_array().map(Vec::len)), (Some(2), Some(14)));
-    assert_eq!(v["tests"], 16 * 3 * 17);
-    assert!(v["pairs"][0]["visible_picture"].as_f64().is_some_and(|x| x > 0.0 && x < 0.05));
+    // Emitters by all three, scattered light by path and path-mis, one bounce by direct and the better of them; five depths of each, four of direct.
+    assert_eq!((v["pairs"].as_array().map(Vec::len), v["furnace"].as_array().map(Vec::len)), (Some(5), Some(14)));
+    assert_eq!(v["tests"], 19 * 3 * 17);
+    assert_eq!((&v["scene"], &v["pairs"][3]["bounces"]["least"]), (&"furnace".into(), &1.into()));
+    assert!(v["pairs"][3]["visible_picture"].as_f64().is_some_and(|x| x > 0.0 && x < 0.05));
     // The same seed says the same, but for the times.
     let second = etendue(folder.path(), &arguments);
     let figures = |o: &Output| text(&o.stdout).lines().filter(|l| l.contains("PASS")).map(str::to_owned).collect::<Vec<_>>();

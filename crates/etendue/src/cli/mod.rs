@@ -1,5 +1,6 @@
 //! The command line.
 
+mod acceptance;
 mod compare;
 mod diff;
 mod doctor;

@@ -2,10 +2,11 @@
 
 use super::experiment::ExperimentArguments;
 use super::parse::{positive, seconds};
-use super::{Done, output};
+use super::{Done, acceptance, output};
 use clap::Args;
-use etendue::verify::{Comparison, Verification, VerifyOptions, verify};
+use etendue::verify::{Bounces, Comparison, Verification, VerifyOptions, accept, verify};
 use etendue_solvers::agreement::{Standard, Verdict};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -16,7 +17,8 @@ use std::time::Duration;
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  etendue verify                                       all solvers on the Cornell box, in under a minute\n  \
-    etendue verify scene.xml --solvers path-mis,bidirectional --time 300 --json verdict.json"
+    etendue verify scene.xml --solvers path-mis,bidirectional --time 300 --json verdict.json\n  \
+    etendue verify veach-mis --accept --time 600         each block of an 8 x 8 grid, at fixed standard errors"
 )]
 pub struct VerifyArguments {
     /// A scene file, or the name of a built-in scene.
@@ -34,9 +36,16 @@ pub struct VerifyArguments {
     /// Longer side of the picture in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 64, value_parser = clap::value_parser!(u32).range(4..=4096))]
     size: u32,
-    /// Blocks across and down whose means are compared: more find smaller places, and take longer to be sure.
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
-    blocks: u32,
+    /// Blocks across and down whose means are compared, 4 unless told (8 with --accept): more find smaller places, and take longer to be sure.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    blocks: Option<u32>,
+    /// Instead of a verdict in a fixed time: every solver against path-mis, with as many samples as it takes to know each block to 1 % (light-nee and
+    /// metropolis 3 %, path and light 5 %), and at most --time for each.
+    #[arg(long, conflicts_with_all = ["spp", "bound", "block_bound"])]
+    accept: bool,
+    /// Probability, in per cent, of a false alarm in the whole family of comparisons.
+    #[arg(long, value_name = "PERCENT", default_value_t = 1.0, value_parser = positive)]
+    alpha: f64,
     /// Bias of the whole picture, in per cent, that must not go unseen.
     #[arg(long, value_name = "PERCENT", default_value_t = 2.0, value_parser = positive)]
     bound: f64,
@@ -56,24 +65,43 @@ pub fn run(a: &VerifyArguments) -> Done {
         time: a.time,
         spp: a.spp,
         size: a.size,
-        blocks: a.blocks,
+        blocks: a.blocks.unwrap_or(if a.accept { 8 } else { 4 }),
         seed: a.common.seed,
         threads: a.common.threads(),
         defines: a.common.define.clone(),
-        standard: Standard { bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound, ..Standard::default() },
+        standard: Standard { alpha: 0.01 * a.alpha, bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound },
     };
+    if a.accept {
+        return run_accept(a, &options);
+    }
     let Some(found) = a.common.watch("there is no verdict", |cancel, tell| verify(&a.scene, &options, cancel, tell))? else {
         return Ok(ExitCode::from(130));
     };
-    if let Some(path) = &a.json {
-        let json = serde_json::to_string_pretty(&found).map_err(|e| e.to_string())?;
-        etendue_image::write_atomically(path, json.as_bytes()).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
-    }
+    write_json(a, &found)?;
     output::result(&report(&found));
-    Ok(if found.verdict == Verdict::Pass { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(status(found.verdict))
 }
 
-fn percent(x: f64) -> String {
+fn run_accept(a: &VerifyArguments, options: &VerifyOptions) -> Done {
+    let Some(found) = a.common.watch("nothing is accepted", |cancel, tell| accept(&a.scene, options, cancel, tell))? else {
+        return Ok(ExitCode::from(130));
+    };
+    write_json(a, &found)?;
+    output::result(&acceptance::report(&found));
+    Ok(status(found.verdict))
+}
+
+fn status(verdict: Verdict) -> ExitCode {
+    if verdict == Verdict::Pass { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+fn write_json(a: &VerifyArguments, found: &impl Serialize) -> Result<(), String> {
+    let Some(path) = &a.json else { return Ok(()) };
+    let json = serde_json::to_string_pretty(found).map_err(|e| e.to_string())?;
+    etendue_image::write_atomically(path, json.as_bytes()).map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
+
+pub(super) fn percent(x: f64) -> String {
     let p = 100.0 * x;
     match p.abs() {
         a if !a.is_finite() => "any".to_owned(),
@@ -92,17 +120,24 @@ fn report(v: &Verification) -> String {
         h.scene, h.size[0], h.size[1], h.blocks[0], h.blocks[1], h.seed, h.threads, v.seconds
     )];
     lines.push(String::new());
-    lines.push(format!("{:<22}{:>12}{:>12}{:>10}{:>14}{:>14}", "solver", "spp", "replicates", "time", "± picture", "± block"));
+    lines.push(format!("{:<34}{:>12}{:>12}{:>10}{:>14}{:>14}", "solver", "spp", "replicates", "time", "± picture", "± block"));
     for e in &v.solvers {
         let name = named(&e.solver, e.bounces);
         let time = format!("{:.1} s", e.seconds);
         let (picture, block) = (percent(e.picture_error), percent(e.block_error));
-        lines.push(format!("{name:<22}{:>12}{:>12}{time:>10}{picture:>14}{block:>14}", e.spp, e.replicates));
+        lines.push(format!("{name:<34}{:>12}{:>12}{time:>10}{picture:>14}{block:>14}", e.spp, e.replicates));
         if e.dropped > 0 {
-            lines.push(format!("{:<22}{} samples were not finite and were dropped", "", e.dropped));
+            lines.push(format!("{:<34}{} samples were not finite and were dropped", "", e.dropped));
         }
     }
-    lines.extend(v.left_out.iter().map(|(name, why)| format!("{name:<22}left out: {why}")));
+    lines.extend(v.left_out.iter().map(|(name, why)| format!("{name:<34}left out: {why}")));
+    lines.extend(v.unjudged.iter().map(|u| {
+        let (name, seconds) = (&u.solver, u.seconds);
+        format!(
+            "{name:<34}not judged: too noisy here; to compare it {} would take about {seconds:.0} s more (--time)",
+            u.comparison
+        )
+    }));
     lines.push(String::new());
     let longest = v.pairs.iter().chain(&v.furnace).map(|c| named(&c.what, c.bounces).chars().count()).max().unwrap_or(0) + 2;
     lines.push(header("pair", longest));
@@ -125,15 +160,19 @@ fn header(first: &str, width: usize) -> String {
     )
 }
 
-fn named(what: &str, bounces: Option<u32>) -> String {
-    bounces.map_or(what.to_owned(), |n| format!("{what}, 0..{n} bounces"))
+fn named(what: &str, bounces: Bounces) -> String {
+    format!("{what}, {bounces}")
 }
 
 fn row(c: &Comparison, width: usize) -> String {
     let w = &c.worst;
     let place = if w.t == 0.0 { "–".to_owned() } else { format!("{} {}", w.area, ["red", "green", "blue"][w.channel.min(2)]) };
     let difference = format!("{} ± {}", percent(w.difference), percent(w.half_width));
-    let note = if c.seen_once { "  (a difference was seen once, and not again)" } else { "" };
+    let note = match (c.seen_once, c.counts) {
+        (true, _) => "  (a difference was seen once, and not again)",
+        (_, false) => "  (not judged)",
+        _ => "",
+    };
     format!(
         "{:<width$}{:<14}{:>8.2}  {place:<21}{difference:>22}{:>12}{:>12}{note}",
         named(&c.what, c.bounces),
@@ -145,14 +184,21 @@ fn row(c: &Comparison, width: usize) -> String {
 }
 
 fn last_line(v: &Verification) -> String {
-    let all = || v.pairs.iter().chain(&v.furnace);
+    let all = || v.pairs.iter().chain(&v.furnace).filter(|c| c.counts);
     let of =
         |verdict: Verdict| all().filter(|c| c.verdict == verdict).map(|c| named(&c.what, c.bounces)).collect::<Vec<_>>().join("; ");
     let most = |f: &dyn Fn(&Comparison) -> f64| percent(all().map(f).fold(0.0, f64::max));
     let (picture, block) = (most(&|c| c.visible_picture), most(&|c| c.visible_block));
     let seen = format!("a bias of {picture} of the picture, or of {block} of one block, would have been seen everywhere (95 %)");
+    let judged = judged(v).join(", ");
+    let but = match v.unjudged.iter().map(|u| u.solver.as_str()).collect::<Vec<_>>() {
+        none if none.is_empty() => String::new(),
+        names => format!("; of {} nothing is said", names.join(", ")),
+    };
     match v.verdict {
-        Verdict::Pass => format!("PASS: {} comparisons show no difference; {seen}", v.tests),
+        Verdict::Pass => {
+            format!("PASS: {judged} show no difference in {} comparisons; {seen}{but}", all().map(|c| c.tests).sum::<usize>())
+        }
         Verdict::Fail => format!("FAIL: a difference that chance does not explain: {}", of(Verdict::Fail)),
         Verdict::Inconclusive if v.pairs.is_empty() => "INCONCLUSIVE: nothing to compare with".to_owned(),
         Verdict::Inconclusive => format!(
@@ -162,4 +208,15 @@ fn last_line(v: &Verification) -> String {
             of(Verdict::Inconclusive)
         ),
     }
+}
+
+/// Those whose comparisons all count.
+fn judged(v: &Verification) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for e in &v.solvers {
+        if !names.contains(&e.solver.as_str()) && !v.unjudged.iter().any(|u| u.solver == e.solver) {
+            names.push(&e.solver);
+        }
+    }
+    names
 }

@@ -20,6 +20,7 @@ mod plot;
 mod run;
 
 pub use page::page;
+pub use plot::{COLOURS, axis_number};
 pub use run::compare;
 
 use crate::experiment::Header;

@@ -204,13 +204,13 @@ fn blocks(r: &Results) -> String {
         let mut cells = String::new();
         for of_area in a.findings.chunks(3) {
             // Of the channels that tell something, where one does.
-            let rank = |f: &&Finding| if f.told { 1.0 + f.t.abs() } else { 0.0 };
+            let rank = |f: &&Finding| if f.evidence >= 1.0 { 1.0 + f.t.abs() } else { 0.0 };
             let worst = of_area.iter().max_by(|x, y| rank(x).total_cmp(&rank(y)));
             let Some(f) = worst.filter(|f| f.area != Area::Picture) else { continue };
             let t = f.t.clamp(-10.0, 10.0);
             let colour = super::maps::hex(diverging(DIFFERENCE * t / 6.0));
             let failed = of_area.iter().any(|f| f.verdict == Verdict::Fail);
-            let told = of_area.iter().any(|f| f.told);
+            let told = of_area.iter().any(|f| f.evidence >= 1.0);
             let class = if failed {
                 " class=\"fail\""
             } else if told {

@@ -61,8 +61,8 @@ fn draw(root: &DrawingArea<SVGBackend<'_>, Shift>, results: &Results, x: std::op
         .light_line_style(TRANSPARENT)
         .label_style(font(14))
         .axis_desc_style(font(15))
-        .x_label_formatter(&|v| number(*v))
-        .y_label_formatter(&|v| number(*v))
+        .x_label_formatter(&|v| axis_number(*v))
+        .y_label_formatter(&|v| axis_number(*v))
         .draw()?;
     for (i, solver) in results.solvers.iter().enumerate() {
         let (r, g, b) = COLOURS[i % COLOURS.len()];
@@ -76,7 +76,7 @@ fn draw(root: &DrawingArea<SVGBackend<'_>, Shift>, results: &Results, x: std::op
 }
 
 /// Powers of ten as such, twice and five times them short, and nothing at the other lines: they are too many.
-fn number(v: f64) -> String {
+pub fn axis_number(v: f64) -> String {
     let exponent = v.log10();
     let first_digit = 10f64.powf(exponent - (exponent + 1e-9).floor()).round() as u32;
     if ![1, 2, 5].contains(&first_digit) {
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn numbers_on_axes() {
-        let text = [1.0, 0.1, 1e-5, 1e4, 0.2, 2e-4, 0.3, 70.0].map(number);
+        let text = [1.0, 0.1, 1e-5, 1e4, 0.2, 2e-4, 0.3, 70.0].map(axis_number);
         assert_eq!(text, ["1", "0.1", "10⁻⁵", "10⁴", "0.2", "2e-4", "", ""]);
     }
 }

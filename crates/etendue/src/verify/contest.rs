@@ -3,8 +3,58 @@
 use super::VerifyOptions;
 use crate::experiment::{BOX, ExperimentError};
 use crate::load::{LoadOptions, Loaded, load};
+use etendue_film::Film;
 use etendue_scene::Scene;
-use etendue_solvers::{AnySolver, Estimates, SOLVERS};
+use etendue_solvers::agreement::Renderer;
+use etendue_solvers::drivers::CannotResume;
+use etendue_solvers::solver::Needs;
+use etendue_solvers::{AnySolver, Estimates, Outcome, Run, SOLVERS, Solver};
+
+/// Renders any scene.
+type RenderScene<'s> = dyn Fn(&Scene, &Run<'_>, &Film) -> Result<Outcome, CannotResume> + Sync + 's;
+
+/// A solver that takes part: one of the list, or one of your own.
+pub struct Entrant<'s> {
+    /// Its name.
+    pub name: String,
+    /// What its picture is an estimate of.
+    pub estimates: Estimates,
+    needs: Needs,
+    render: Box<RenderScene<'s>>,
+}
+
+impl<'s> Entrant<'s> {
+    /// A solver of your own.
+    pub fn new<S: Solver>(name: &str, solver: &'s S) -> Self {
+        Self {
+            name: name.to_owned(),
+            estimates: solver.estimates(),
+            needs: solver.needs(),
+            render: Box::new(move |scene, run, film| etendue_solvers::render(solver, "guest", scene, run, film, None)),
+        }
+    }
+
+    /// One of the list.
+    pub fn listed(solver: AnySolver) -> Self {
+        Self {
+            name: solver.name().to_owned(),
+            estimates: solver.estimates(),
+            needs: solver.needs(),
+            render: Box::new(move |scene, run, film| solver.render(scene, run, film, None)),
+        }
+    }
+
+    /// How many times wider its bounds are: solvers that connect nothing, and wait for a lamp or the lens to be hit by chance, are noisier.
+    pub(super) fn leeway(&self) -> f64 {
+        const CHANCE: f64 = 2.5;
+        if self.needs.finite_lens || self.needs.lights_that_can_be_hit { CHANCE } else { 1.0 }
+    }
+
+    /// Renders a scene with it.
+    pub(super) fn renderer<'a>(&'a self, scene: &'a Scene) -> Box<Renderer<'a>> {
+        Box::new(move |run, film| (self.render)(scene, run, film))
+    }
+}
 
 /// The scene at a size whose longer side is at most `options.size`, with pixels that share no samples: a filter that is divided by the sum of
 /// its weights is unbiased only in the limit of many samples, and light tracers divide by no such sum.
@@ -32,30 +82,38 @@ fn load_at_size(scene: &str, options: &VerifyOptions) -> Result<Loaded, Experime
     at(small(w), small(h))
 }
 
-/// The solvers that take part, and those that do not, with the reason.
-pub(super) fn chosen(options: &VerifyOptions, scene: &Scene) -> (Vec<AnySolver>, Vec<(String, String)>) {
+/// Those that take part, and those that do not, with the reason.
+pub(super) fn chosen<'s>(
+    options: &VerifyOptions,
+    guests: Vec<Entrant<'s>>,
+    scene: &Scene,
+) -> (Vec<Entrant<'s>>, Vec<(String, String)>) {
     let names: Vec<&str> = match &options.solvers {
         Some(names) => names.iter().map(String::as_str).collect(),
         None => SOLVERS.iter().map(|s| s.name).collect(),
     };
-    let (mut solvers, mut left_out) = (Vec::new(), Vec::new());
-    for name in names {
-        let Some(solver) = AnySolver::new(name, &scene.integrator) else {
+    let (mut entrants, mut left_out) = (Vec::new(), Vec::new());
+    let listed = names.into_iter().filter_map(|name| match AnySolver::new(name, &scene.integrator) {
+        Some(solver) => Some(Entrant::listed(solver)),
+        None => {
             left_out.push((name.to_owned(), "it stands for one of the others".to_owned()));
-            continue;
-        };
-        let reason = match (solver.needs().check(scene), solver.estimates()) {
+            None
+        }
+    });
+    let all: Vec<Entrant<'s>> = listed.chain(guests).collect();
+    for entrant in all {
+        let reason = match (entrant.needs.check(scene), entrant.estimates) {
             (Err(refusal), _) => refusal.reason,
             (_, Estimates::InTheLimit) => {
                 "biased at any sample count: held to its rate of convergence, not to agreement".to_owned()
             }
             (_, Estimates::Other(words)) => format!("it estimates other light: {words}"),
             (_, Estimates::Light | Estimates::LightUpTo(_)) => {
-                solvers.push(solver);
+                entrants.push(entrant);
                 continue;
             }
         };
-        left_out.push((name.to_owned(), reason));
+        left_out.push((entrant.name, reason));
     }
-    (solvers, left_out)
+    (entrants, left_out)
 }

@@ -4,21 +4,27 @@
 //! comparisons (pairs, areas, channels, and those of the furnace) are one family with 1 % of false alarms; see
 //! [`etendue_solvers::agreement`] for the statistics and the verdicts.
 
+mod accept;
 mod contest;
 mod furnace;
 mod report;
+mod round;
 mod schedule;
 
-pub use report::{Comparison, Effort, Verification};
+pub use accept::{Acceptance, Accepted, accept};
+pub use contest::Entrant;
+pub use report::{Bounces, Comparison, Effort, Verification};
+pub use schedule::Unjudged;
 
 use crate::choice::check_solver_name;
 use crate::experiment::{ExperimentError, Header};
 use crate::pool;
 use contest::{chosen, load_small};
-use etendue_solvers::agreement::{Agreement, Pair, Panel, Standard, Trial, Verdict};
-use etendue_solvers::{AnySolver, CancelToken, Estimates, PathRules};
-use furnace::{DEPTHS, Oven, load_furnace};
-use schedule::{FIRST, FURNACE, LATEST, MORE, Next, best, enter, nearest_verdict};
+use etendue_solvers::CancelToken;
+use etendue_solvers::agreement::{Standard, Trial, Verdict};
+use furnace::{Oven, load_furnace, ovens};
+use round::{Round, rounds};
+use schedule::Questions;
 use std::time::{Duration, Instant};
 
 /// How to verify.
@@ -62,113 +68,73 @@ impl Default for VerifyOptions {
 
 type Stopped<T> = Result<T, ExperimentError>;
 
-/// Verifies a scene. `tell` hears what is going on.
+/// Shares of the time: the first replicates of the pairs, and those of the furnace; after the last one nothing more is begun.
+const FIRST: f64 = 0.25;
+const FURNACE: f64 = 0.12;
+const LATEST: f64 = 0.9;
+
+/// Verifies a scene with the solvers of the list. `tell` hears what is going on.
 pub fn verify(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: &dyn Fn(&str)) -> Stopped<Verification> {
+    verify_with(Vec::new(), scene, options, cancel, tell)
+}
+
+/// Verifies solvers of your own beside those of the list.
+pub fn verify_with(
+    guests: Vec<Entrant<'_>>,
+    scene: &str,
+    options: &VerifyOptions,
+    cancel: &CancelToken,
+    tell: &dyn Fn(&str),
+) -> Stopped<Verification> {
     let begun = Instant::now();
     for name in options.solvers.iter().flatten() {
         check_solver_name(name)?;
     }
-    let loaded = load_small(scene, options)?;
-    let oven = load_furnace(options)?;
+    let (loaded, furnace) = (load_small(scene, options)?, load_furnace(options)?);
     let pool = pool::pool(options.threads)?;
     let trial = Trial { seed: options.seed, blocks: options.blocks, ..Trial::new(&loaded.scene, &pool, cancel) };
-    let ovens = Trial { seed: options.seed ^ 0xf0, ..Trial::new(&oven.scene, &pool, cancel) };
-    let (solvers, mut left_out) = chosen(options, &loaded.scene);
+    let in_furnace = Trial { seed: options.seed ^ 0xf0, ..Trial::new(&furnace.scene, &pool, cancel) };
+    let named: Vec<String> = guests.iter().map(|g| g.name.clone()).chain(options.solvers.iter().flatten().cloned()).collect();
+    let (entrants, left_out) = chosen(options, guests, &loaded.scene);
 
-    // Those that estimate all light meet each other; those that estimate a part meet the best of these, on that part.
-    let all = |s: &&AnySolver| s.estimates() == Estimates::Light;
-    let parts: Vec<(&AnySolver, u32)> =
-        solvers.iter().filter_map(|s| if let Estimates::LightUpTo(n) = s.estimates() { Some((s, n)) } else { None }).collect();
-    let mut main = Panel::new(trial);
-    let share = options.time.mul_f64(FIRST / (solvers.iter().filter(all).count() + 2 * parts.len()).max(1) as f64);
-    for solver in solvers.iter().filter(all) {
-        tell(&format!("rendering with {}", solver.name()));
-        enter(&mut main, solver, options, share).ok_or(ExperimentError::Cancelled)?;
-    }
-    let mut sides = Vec::new();
-    for (solver, edges) in parts {
-        let Some(partner) = best(&main).and_then(|name| solvers.iter().find(|s| s.name() == name)) else {
-            left_out.push((solver.name().to_owned(), "no other solver is there to compare it with".to_owned()));
-            continue;
-        };
-        tell(&format!("rendering with {}", solver.name()));
-        let rules = PathRules { max_edges: trial.rules.max_edges.min(edges), null_counts: true, ..trial.rules };
-        let mut side = Panel::new(Trial { rules, seed: trial.seed ^ 0xd1, ..trial });
-        for s in [solver, partner] {
-            enter(&mut side, s, options, share).ok_or(ExperimentError::Cancelled)?;
-        }
-        sides.push((side, Some(edges - 1)));
-    }
-
-    // The family: everything that is compared.
-    let furnace_depths = |s: &AnySolver| {
-        let in_part = matches!(s.estimates(), Estimates::LightUpTo(_));
-        DEPTHS.into_iter().filter(move |d| d.is_some() || !in_part)
-    };
-    let ovens_tests = solvers.iter().map(|s| furnace_depths(s).count()).sum::<usize>() * 3 * ovens.grid().len();
-    let tests = main.tests() + sides.iter().map(|s| s.0.tests()).sum::<usize>() + ovens_tests;
-
+    // First replicates of everything; what is left of the time goes where it decides most.
+    let rounds = rounds(trial, &entrants, options, options.time.mul_f64(FIRST), tell)?;
     tell("holding the solvers to the furnace");
-    let mut in_furnace = Vec::new();
-    let share = options.time.mul_f64(FURNACE * 3.0 * ovens.grid().len() as f64 / ovens_tests.max(1) as f64);
-    for solver in &solvers {
-        for depth in furnace_depths(solver) {
-            in_furnace.push(Oven::new(ovens, solver, depth, options, share).ok_or(ExperimentError::Cancelled)?);
-        }
-    }
-
-    // What is left of the time goes where it decides most: to what is nearest to being told.
-    tell("comparing");
-    let mut panels: Vec<(Panel<'_>, Option<u32>)> = std::iter::once((main, None)).chain(sides).collect();
-    let mut found: Vec<Vec<Pair>> = panels.iter().map(|(p, _)| p.pairs(&options.standard, tests)).collect();
-    let mut held: Vec<Agreement> = in_furnace.iter().map(|o| o.judge(&options.standard, tests)).collect();
-    while options.spp.is_none() {
-        let room = options.time.mul_f64(LATEST).saturating_sub(begun.elapsed());
-        let Some(next) = nearest_verdict(&panels, &found, &in_furnace, &held, room) else { break };
-        match next {
-            Next::Candidate(i, candidate) => {
-                panels[i].0.measure(candidate, MORE).ok_or(ExperimentError::Cancelled)?;
-                found[i] = panels[i].0.pairs(&options.standard, tests);
-            }
-            Next::Oven(i) => {
-                in_furnace[i].measure(MORE).ok_or(ExperimentError::Cancelled)?;
-                held[i] = in_furnace[i].judge(&options.standard, tests);
-            }
-        }
+    let ovens = ovens(in_furnace, &entrants, options, options.time.mul_f64(FURNACE))?;
+    let tests = rounds.iter().map(|r| r.panel.tests()).sum::<usize>() + ovens.iter().map(Oven::tests).sum::<usize>();
+    let mut all = Questions { rounds, ovens, standard: options.standard, tests, named };
+    all.judge();
+    if options.spp.is_none() {
+        tell("comparing");
+        all.pursue(|| options.time.mul_f64(LATEST).saturating_sub(begun.elapsed()))?;
     }
 
     // A difference must be there twice.
-    let (mut pairs, mut efforts, mut furnace) = (Vec::new(), Vec::new(), Vec::new());
-    for ((panel, bounces), mut found) in panels.into_iter().zip(found) {
-        if found.iter().any(|p| p.verdict == Verdict::Fail) {
-            tell("a difference: rendering anew, to see whether it is there again");
-            panel.confirm(&mut found, &options.standard).ok_or(ExperimentError::Cancelled)?;
-        }
-        for pair in found {
-            let what = format!("{} / {}", panel.candidates[pair.a].name, panel.candidates[pair.b].name);
-            pairs.push(Comparison::of(what, bounces, pair.verdict, pair.seen_once, &pair.agreement));
-        }
-        efforts.extend(panel.candidates.iter().map(|c| Effort::of(c, bounces)));
+    for round in &mut all.rounds {
+        round.confirm(&options.standard, tell)?;
     }
-    let failed = held.iter().filter(|h| h.verdict == Verdict::Fail).count();
-    for (oven, held) in in_furnace.iter().zip(&held) {
-        let seen_once = held.verdict == Verdict::Fail && {
-            tell("a difference: rendering anew, to see whether it is there again");
-            let again = oven.again(&options.standard, failed).ok_or(ExperimentError::Cancelled)?;
-            again.verdict != Verdict::Fail
-        };
-        let verdict = if seen_once { Verdict::Inconclusive } else { held.verdict };
-        furnace.push(Comparison::of(oven.name.clone(), oven.depth, verdict, seen_once, held));
+    let failed = all.ovens.iter().filter(|o| o.found.verdict == Verdict::Fail).count();
+    if failed > 0 {
+        tell("a difference in the furnace: rendering anew, to see whether it is there again");
+    }
+    for oven in &mut all.ovens {
+        oven.confirm(&options.standard, failed)?;
     }
 
-    let verdicts = pairs.iter().chain(&furnace).map(|c| c.verdict);
-    let verdict = if pairs.is_empty() { Verdict::Inconclusive } else { Verdict::Pass };
+    let unjudged = all.too_noisy();
+    // With fewer than two solvers judged nothing is shown, and everything stays open.
+    let excused = if all.rounds.iter().all(|r| r.judged(&unjudged) > 1) { unjudged.as_slice() } else { &[] };
+    let pairs: Vec<Comparison> = all.rounds.iter().flat_map(|r| r.comparisons(excused)).collect();
+    let furnace: Vec<Comparison> = all.ovens.iter().map(|o| o.comparison(excused)).collect();
+    let counted = pairs.iter().chain(&furnace).filter(|c| c.counts).map(|c| c.verdict);
+    let verdict = counted.fold(if pairs.is_empty() { Verdict::Inconclusive } else { Verdict::Pass }, Verdict::max);
     Ok(Verification {
         header: Header::new(&loaded, &trial, options.standard),
         tests,
-        solvers: efforts,
+        solvers: all.rounds.iter().flat_map(Round::efforts).collect(),
+        verdict,
+        unjudged,
         left_out,
-        verdict: verdicts.fold(verdict, Verdict::max),
         pairs,
         furnace,
         seconds: begun.elapsed().as_secs_f64(),

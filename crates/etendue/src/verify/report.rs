@@ -1,16 +1,48 @@
 //! What was found, as data.
 
+use super::schedule::Unjudged;
 use crate::experiment::Header;
+use etendue_solvers::PathRules;
 use etendue_solvers::agreement::{Agreement, Candidate, Finding, Moments, Verdict};
 use serde::Serialize;
+use std::fmt;
+
+/// Numbers of bounces: 0 shows emitters, 1 direct light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Bounces {
+    /// At least.
+    pub least: u32,
+    /// At most; none is unbounded.
+    pub most: Option<u32>,
+}
+
+impl Bounces {
+    /// `rules`, for light of these numbers of bounces that they let count.
+    pub(super) fn of(self, rules: PathRules) -> PathRules {
+        let most = self.most.unwrap_or(u32::MAX).min(rules.max_edges.saturating_sub(1));
+        rules.with_bounces(self.least..=most)
+    }
+}
+
+impl fmt::Display for Bounces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.least, self.most) {
+            (0, None) => f.write_str("all light"),
+            (n, None) => write!(f, "{n} bounces or more"),
+            (1, Some(1)) => f.write_str("1 bounce"),
+            (a, Some(b)) if a == b => write!(f, "{a} bounces"),
+            (a, Some(b)) => write!(f, "{a}..{b} bounces"),
+        }
+    }
+}
 
 /// One solver's part.
 #[derive(Clone, Debug, Serialize)]
 pub struct Effort {
     /// Its name.
     pub solver: String,
-    /// Bounces at most, where not all light was compared.
-    pub bounces: Option<u32>,
+    /// Of which light.
+    pub bounces: Bounces,
     /// Samples per pixel of one replicate.
     pub spp: u32,
     /// Replicates.
@@ -30,12 +62,14 @@ pub struct Effort {
 pub struct Comparison {
     /// The solvers, or the solver.
     pub what: String,
-    /// Bounces at most; none is unbounded.
-    pub bounces: Option<u32>,
+    /// Of which light.
+    pub bounces: Bounces,
     /// The verdict.
     pub verdict: Verdict,
     /// A difference was seen once, and not again in fresh replicates.
     pub seen_once: bool,
+    /// It counts for the verdict on everything: both solvers were judged.
+    pub counts: bool,
     /// Comparisons of areas and channels.
     pub tests: usize,
     /// The comparison that chance explains least.
@@ -58,6 +92,8 @@ pub struct Verification {
     pub tests: usize,
     /// The solvers' parts.
     pub solvers: Vec<Effort>,
+    /// Solvers that are too noisy here to be judged in the time.
+    pub unjudged: Vec<Unjudged>,
     /// Solvers that were left out, and why.
     pub left_out: Vec<(String, String)>,
     /// Pairs of solvers.
@@ -71,7 +107,7 @@ pub struct Verification {
 }
 
 impl Effort {
-    pub(super) fn of(c: &Candidate<'_>, bounces: Option<u32>) -> Self {
+    pub(super) fn of(c: &Candidate<'_>, bounces: Bounces) -> Self {
         let areas = c.sample.areas();
         let relative = |m: &Moments, least: f64| m.standard_error() / m.mean.abs().max(least).max(1e-30);
         let picture_error = areas[0].iter().map(|m| relative(m, 0.0)).fold(0.0, f64::max);
@@ -92,12 +128,13 @@ impl Effort {
 }
 
 impl Comparison {
-    pub(super) fn of(what: String, bounces: Option<u32>, verdict: Verdict, seen_once: bool, found: &Agreement) -> Self {
+    pub(super) fn of(what: String, bounces: Bounces, verdict: Verdict, seen_once: bool, counts: bool, found: &Agreement) -> Self {
         Self {
             what,
             bounces,
             verdict,
             seen_once,
+            counts,
             tests: found.findings.len(),
             worst: found.worst,
             blindest: found.blindest,

@@ -29,6 +29,14 @@ impl Default for Standard {
     }
 }
 
+impl Standard {
+    /// Bounds that are so many times wider.
+    #[must_use]
+    pub fn widened(self, times: f64) -> Self {
+        Self { bound: times * self.bound, block_bound: times * self.block_bound, ..self }
+    }
+}
+
 /// What a test, or a family of tests, says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "UPPERCASE")]
@@ -60,6 +68,8 @@ pub struct Finding {
     pub channel: usize,
     /// First mean less second (or less the known mean), relative.
     pub difference: f64,
+    /// Its standard error, relative.
+    pub standard_error: f64,
     /// Half the width of its confidence interval at the family's level, relative.
     pub half_width: f64,
     /// Standard errors that the difference is away from zero; infinite where there is a difference and no noise.
@@ -72,8 +82,9 @@ pub struct Finding {
     pub bound: f64,
     /// The radiance that relative numbers are relative to.
     pub scale: f64,
-    /// Each mean is known to 10 % or better; otherwise its spread is not known either, and the comparison is inconclusive.
-    pub told: bool,
+    /// Contributions that the poorer of the means is worth, measured by how many are enough. Below 1 its spread is not known either, and the
+    /// comparison is inconclusive.
+    pub evidence: f64,
     /// The verdict of this comparison.
     pub verdict: Verdict,
 }
@@ -131,9 +142,15 @@ pub fn judge(sample: &Sample, expected: Expected<'_>, standard: &Standard, tests
                 Area::Block(..) => mean.abs().max(0.5 * picture(channel)),
             };
             let test = y.map_or_else(|| t_test(x, mean), |y| compare_means(x, y));
-            let told = grains[0].enough(x, area, channel, mean) && y.is_none_or(|y| grains[1].enough(y, area, channel, mean));
             let bound = if area == Area::Picture { standard.bound } else { standard.block_bound };
-            findings.push(finding((area, channel), &beyond_rounding(test, scale), level, bound, scale, told));
+            let poorer =
+                |of: &dyn Fn(&Grains, &Moments) -> f64| of(&grains[0], x).min(y.map_or(f64::INFINITY, |y| of(&grains[1], y)));
+            let worth = Worth {
+                most: x.mean.abs().max(y.map_or(0.0, |y| y.mean.abs())) / scale,
+                evidence: poorer(&|g, m| g.evidence(m, area, channel, mean)),
+                of_bound: poorer(&|g, _| g.due(area, channel, bound * scale)),
+            };
+            findings.push(finding((area, channel), &beyond_rounding(test, scale), level, bound, scale, worth));
         }
     }
     summary(findings)
@@ -154,23 +171,32 @@ impl Grains {
         }))
     }
 
-    /// Whether a mean is worth enough contributions: by its own spread, and, since a block where hardly any was found has a small spread too,
-    /// by as many as should have been found if `mean` is the truth. A picture that is black altogether tells that it is.
-    fn enough(&self, m: &Moments, area: Area, channel: usize, mean: f64) -> bool {
+    /// What a mean is worth: by its own spread, and, since a block where hardly any light was found has a small spread too, by as many
+    /// contributions as should have been found if `mean` is the truth. A picture that is black altogether tells that it is.
+    fn evidence(&self, m: &Moments, area: Area, channel: usize, mean: f64) -> f64 {
         let se = m.standard_error();
-        let seen = if se > 0.0 { (m.mean / se).powi(2) } else { f64::INFINITY };
-        let due = if area == Area::Picture || self.0[channel] <= 0.0 { f64::INFINITY } else { mean.abs() / self.0[channel] };
-        seen.min(due) >= ENOUGH
+        let seen = if se > 0.0 { (m.mean / se).powi(2) / ENOUGH } else { f64::INFINITY };
+        seen.min(self.due(area, channel, mean.abs()))
+    }
+
+    /// Contributions that make up `light`, measured by how many are enough.
+    fn due(&self, area: Area, channel: usize, light: f64) -> f64 {
+        if area == Area::Picture || self.0[channel] <= 0.0 { f64::INFINITY } else { light / self.0[channel] / ENOUGH }
     }
 }
 
-fn finding((area, channel): (Area, usize), test: &MeanTest, level: f64, bound: f64, scale: f64, told: bool) -> Finding {
-    let verdict = match test.verdict(level, bound * scale) {
-        _ if !told => Verdict::Inconclusive,
-        Single::Pass(_) => Verdict::Pass,
-        Single::Fail(_) => Verdict::Fail,
-        Single::Inconclusive(_) => Verdict::Inconclusive,
-    };
+/// How well the light of an area is known.
+#[derive(Clone, Copy)]
+struct Worth {
+    /// The larger of the means, relative.
+    most: f64,
+    /// [`Finding::evidence`].
+    evidence: f64,
+    /// The same of light that is as bright as the bound.
+    of_bound: f64,
+}
+
+fn finding((area, channel): (Area, usize), test: &MeanTest, level: f64, bound: f64, scale: f64, worth: Worth) -> Finding {
     let (se, difference) = (test.standard_error / scale, test.difference / scale);
     let (half_width, margin, t) = if se > 0.0 {
         let quantile = student_quantile(level, test.dof);
@@ -179,7 +205,30 @@ fn finding((area, channel): (Area, usize), test: &MeanTest, level: f64, bound: f
         (0.0, ROUNDING, if difference == 0.0 { 0.0 } else { f64::INFINITY.copysign(difference) })
     };
     let visible = half_width + margin;
-    Finding { area, channel, difference, half_width, t, p_value: test.p_value, visible, bound, scale, told, verdict }
+    // Next to no light: whatever it is, it is less than the bound, and more would have been seen.
+    let dark = worth.most + half_width <= bound && worth.evidence < 1.0;
+    let evidence = if dark { worth.of_bound } else { worth.evidence };
+    let verdict = match test.verdict(level, bound * scale) {
+        _ if evidence < 1.0 => Verdict::Inconclusive,
+        Single::Pass(_) => Verdict::Pass,
+        Single::Fail(_) if dark => Verdict::Inconclusive,
+        Single::Fail(_) => Verdict::Fail,
+        Single::Inconclusive(_) => Verdict::Inconclusive,
+    };
+    Finding {
+        area,
+        channel,
+        difference,
+        standard_error: se,
+        half_width,
+        t,
+        p_value: test.p_value,
+        visible,
+        bound,
+        scale,
+        evidence,
+        verdict,
+    }
 }
 
 /// How many standard errors beyond `t` a bias must be to exceed it with a probability of 95 %: by the normal approximation of the noncentral t,
@@ -203,7 +252,7 @@ fn summary(findings: Vec<Finding>) -> Agreement {
     Agreement {
         verdict: findings.iter().map(|f| f.verdict).max().unwrap_or(Verdict::Inconclusive),
         // The p-value decides, and where it is too small for a number, t does; what says nothing comes last.
-        worst: by(&|f| if f.told { f.t.abs().min(1e6) + 1e7 * (1.0 - f.p_value) } else { 0.0 }),
+        worst: by(&|f| if f.evidence >= 1.0 { f.t.abs().min(1e6) + 1e7 * (1.0 - f.p_value) } else { 0.0 }),
         blindest: by(&|f| f.half_width / f.bound),
         visible_picture: visible(true),
         visible_block: visible(false),
@@ -231,11 +280,18 @@ impl Agreement {
         self.findings.iter().filter(|f| f.verdict == Verdict::Fail)
     }
 
-    /// How far the end of the farthest interval is, measured by its bound: at most 1 in a PASS.
-    pub fn reach(&self) -> f64 {
-        let end = |f: &Finding| (f.difference.abs() + f.half_width) / f.bound;
-        self.findings.iter().map(end).fold(0.0, f64::max)
+    /// How many times the replicates it takes for a PASS, if there is no difference and noise falls as it should: 1 where there are enough.
+    pub fn more(&self, level: f64) -> f64 {
+        let most = quantile_of_many(level);
+        let open = self.findings.iter().filter(|f| f.verdict == Verdict::Inconclusive);
+        open.map(|f| (most * f.standard_error / f.bound).powi(2).max(f.evidence.recip())).fold(1.0, f64::max)
     }
+}
+
+/// How many standard errors must fit within the bound at a level, with many replicates: the quantile, and how far out one of many areas is by chance.
+pub fn quantile_of_many(level: f64) -> f64 {
+    const FAR: f64 = 2.0;
+    student_quantile(level, 1e6) + FAR
 }
 
 impl fmt::Display for Finding {
@@ -307,7 +363,7 @@ mod tests {
         let (a, b) = (sample(3, 16, |_| 1.0, 0.01), sample(4, 16, |_| 1.0, 0.5));
         let found = judge(&a, Expected::Sample(&b), &Standard::default(), 51);
         assert_eq!(found.verdict, Verdict::Inconclusive);
-        assert!(found.reach() > 1.0 && found.visible_picture > 0.02);
+        assert!(found.more(1e-4) > 1.0 && found.visible_picture > 0.02);
     }
 
     /// Rare bright hits: most blocks see too few, and their spread with them. That is no difference, however large t is.
@@ -319,10 +375,20 @@ mod tests {
             let (a, b) = (sample(2 * s, 16, |_| 1.0, 0.02), sample(2 * s + 1, 16, |_| 1.0, 0.9));
             let found = judge(&a, Expected::Sample(&b), &LOOSE, tests);
             assert_ne!(found.verdict, Verdict::Fail, "{}", found.worst);
-            untold += found.findings.iter().filter(|f| !f.told).count();
+            untold += found.findings.iter().filter(|f| f.evidence < 1.0).count();
             large += found.findings.iter().filter(|f| f.p_value < 1e-4).count();
         }
         assert!(untold > 4000 && large > 3, "{untold}, {large}");
+    }
+
+    /// A corner without light, in both: where light as bright as the bound would have been seen, it is told to be dark.
+    #[test]
+    fn darkness_is_told() {
+        let corner = |i: usize| if i % 16 < 4 && i / 16 < 4 { 0.0 } else { 1.0 };
+        let at = |hit: f64| judge(&sample(9, 16, corner, hit), Expected::Sample(&sample(10, 16, corner, hit)), &LOOSE, 51);
+        assert_eq!(at(0.9).findings[3].verdict, Verdict::Pass);
+        assert_eq!(at(0.05).findings[3].verdict, Verdict::Inconclusive);
+        assert!(at(0.05).more(1e-4) > 1.0);
     }
 
     /// Without noise: equal or not, but for rounding. And what of blocks without any light.
@@ -336,7 +402,7 @@ mod tests {
         let corner = |i: usize| if i % 16 < 4 && i / 16 < 4 { 0.0 } else { 1.0 };
         let at = |hit: f64| judge(&sample(6, 16, |_| 1.0, hit), Expected::Sample(&sample(7, 16, corner, hit)), &LOOSE, 51);
         assert_eq!((at(0.9).verdict, at(0.9).worst.area), (Verdict::Fail, Area::Block(0, 0)));
-        assert_eq!((at(0.05).findings[3].told, at(0.05).verdict), (false, Verdict::Inconclusive));
+        assert_eq!((at(0.05).findings[3].evidence >= 1.0, at(0.05).verdict), (false, Verdict::Inconclusive));
         let black = judge(&sample(8, 16, |_| 0.0, 0.5), Expected::Sample(&exact), &LOOSE, 51);
         assert_eq!((black.verdict, black.worst.area), (Verdict::Fail, Area::Picture));
     }

@@ -30,7 +30,7 @@ mod trial;
 
 pub use etendue_check::Moments;
 pub use grid::{Area, Grid};
-pub use judge::{Agreement, Expected, Finding, Standard, Verdict, judge};
+pub use judge::{Agreement, Expected, Finding, Standard, Verdict, judge, quantile_of_many};
 pub use panel::{Candidate, Pair, Panel};
 pub use sample::Sample;
 pub use trial::{Renderer, Shot, Trial};

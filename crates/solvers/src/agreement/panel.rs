@@ -11,6 +11,8 @@ pub struct Candidate<'a> {
     pub render: Box<Renderer<'a>>,
     /// Samples per pixel of one replicate.
     pub spp: u32,
+    /// How many times wider than usual the bounds of its comparisons are.
+    pub leeway: f64,
     /// Replicates so far.
     pub sample: Sample,
     /// Time that they took.
@@ -54,7 +56,7 @@ impl<'a> Panel<'a> {
         let sample = Sample::new(self.trial.grid());
         let stream = self.candidates.len() as u64;
         let name = name.to_owned();
-        self.candidates.push(Candidate { name, render, spp, sample, elapsed: Duration::ZERO, dropped: 0, stream });
+        self.candidates.push(Candidate { name, render, spp, leeway: 1.0, sample, elapsed: Duration::ZERO, dropped: 0, stream });
     }
 
     /// `count` more replicates of candidate `i`; `None` where it was asked to stop.
@@ -76,13 +78,17 @@ impl<'a> Panel<'a> {
         n * n.saturating_sub(1) / 2 * 3 * self.trial.grid().len()
     }
 
+    fn standard(&self, standard: &Standard, a: usize, b: usize) -> Standard {
+        standard.widened(self.candidates[a].leeway.max(self.candidates[b].leeway))
+    }
+
     /// Every pair by what was measured so far, in a family of `tests` comparisons.
     pub fn pairs(&self, standard: &Standard, tests: usize) -> Vec<Pair> {
         let n = self.candidates.len();
         let all = (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b)));
         let compare = |(a, b): (usize, usize)| {
             let other = Expected::Sample(&self.candidates[b].sample);
-            let agreement = judge(&self.candidates[a].sample, other, standard, tests);
+            let agreement = judge(&self.candidates[a].sample, other, &self.standard(standard, a, b), tests);
             Pair { a, b, verdict: agreement.verdict, agreement, seen_once: false }
         };
         all.map(compare).collect()
@@ -103,7 +109,7 @@ impl<'a> Panel<'a> {
                 }
             }
             if let (Some(a), Some(b)) = (&anew[pair.a], &anew[pair.b])
-                && judge(a, Expected::Sample(b), standard, tests).verdict != Verdict::Fail
+                && judge(a, Expected::Sample(b), &self.standard(standard, pair.a, pair.b), tests).verdict != Verdict::Fail
             {
                 (pair.verdict, pair.seen_once) = (Verdict::Inconclusive, true);
             }

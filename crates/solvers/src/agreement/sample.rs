@@ -18,7 +18,12 @@ impl Sample {
 
     /// One replicate more: an independent picture of the same expectation and variance.
     pub fn add(&mut self, picture: &[[f32; 3]]) {
-        for (area, means) in self.areas.iter_mut().zip(self.grid.means(picture)) {
+        self.add_means(self.grid.means(picture));
+    }
+
+    /// One replicate more, by the means of its areas, in the order of [`Grid::areas`].
+    pub fn add_means(&mut self, means: impl IntoIterator<Item = [f64; 3]>) {
+        for (area, means) in self.areas.iter_mut().zip(means) {
             area.iter_mut().zip(means).for_each(|(moments, mean)| moments.add(mean));
         }
     }
