@@ -56,7 +56,7 @@ impl Lights {
     /// The sampler of all emitters of `scene`, whose own `lights` are not looked at.
     pub fn new(scene: &Scene) -> Self {
         let mut lights = Self::default();
-        let (mut bounds, mut flux): (Vec<LightBounds>, Vec<f32>) = (Vec::new(), Vec::new());
+        let (mut bounds, mut tints, mut flux): (Vec<LightBounds>, Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new(), Vec::new());
         for (i, emitter) in scene.emitters.iter().enumerate() {
             let id = EmitterId(i as u32);
             lights.first_emitting.push(lights.emitting.len() as u32);
@@ -65,12 +65,14 @@ impl Lights {
             for primitive in 0..emitter.primitive_count(scene) {
                 let light = LightId { emitter: id, primitive };
                 lights.emitting.push(light);
-                flux.push(scalar(emitter.model.power_of(scene, primitive)));
+                let power = emitter.model.power_of(scene, primitive);
+                flux.push(scalar(power));
                 match emitter.model.extent(scene, primitive) {
                     Extent::Bounded(b) => {
                         lights.first[i].get_or_insert(lights.primitives.len() as u32);
                         lights.primitives.push(light);
                         bounds.push(b.scaled(emitter.sampling_weight));
+                        tints.push(tint(power));
                     }
                     Extent::Distant { irradiance, from } => {
                         if from.is_none() {
@@ -90,7 +92,7 @@ impl Lights {
             let least = 0.02 * own.iter().sum::<f32>() / own.len().max(1) as f32;
             own.iter_mut().for_each(|f| *f = f.max(least));
         }
-        lights.tree = LightTree::new(&bounds);
+        lights.tree = LightTree::new(&bounds, &tints);
         lights.alone = match (&lights.primitives[..], &lights.distant[..], &lights.environments[..]) {
             ([only], [], _) if !lights.tree.is_empty() => Some(*only),
             ([], [only], [] | [_]) => Some(LightId { emitter: only.emitter, primitive: 0 }),
@@ -190,7 +192,9 @@ impl Lights {
 
         let tree_share = self.tree_share(from);
         if u_light < f64::from(tree_share) {
-            let (i, chosen) = self.tree.sample(from, u_light / f64::from(tree_share))?;
+            // Between colours the place on the light decides, which for many small lights is the least of all matters.
+            let mut u = u;
+            let (i, chosen) = self.tree.sample(from, u_light / f64::from(tree_share), &mut u.x)?;
             let id = self.primitives[i];
             let sample = scene.emitter(id.emitter).model.sample(scene, from, id, u, wl)?;
             Some(LightSample { pdf: times(sample.pdf, tree_share * chosen), ..sample })
@@ -316,6 +320,12 @@ impl Distant {
         let cos = if from.one_sided { cos } else { cos.abs() };
         if cos > 0.0 { self.irradiance * cos.max(0.05) } else { 0.0 }
     }
+}
+
+/// One number for a hue, from -1 (blue) to 1 (red).
+fn tint(power: Spectrum) -> f32 {
+    let [r, g, b] = power.to_rgb().map(f32::abs);
+    if r + g + b > 0.0 { (r - b) / (r + g + b) } else { 0.0 }
 }
 
 fn times(pdf: Pdf, probability: f32) -> Pdf {

@@ -1,14 +1,14 @@
-//! How the tree over the lights is built: top down, each set of lights in two where that is cheapest [Conty Estevez, Kulla 2018, §4.4], twice over
-//! for nodes of four.
+//! How the tree over the lights is built: top down, each set of lights in two where that is cheapest [Conty Estevez, Kulla 2018, §4.4], again and
+//! again for nodes of eight.
 //!
 //! ```text
 //! cost of a split = s Σ over both parts of I M_Ω M_A,   s = longest side of the box / its side along the split
 //! ```
 //!
-//! Places and normals are gathered in two rounds, first the mean, then how far they stray from it, in the order in which the lights come: the
+//! Once on the way down, where few enough lights are left, those of different tint are told apart. Places and normals are gathered in two rounds, first the mean, then how far they stray from it, in the order in which the lights come: the
 //! same lights give the same tree.
 
-use super::{LEAF, LightTree, NONE, Node, SPREAD};
+use super::{Block, Cones, LEAF, LightTree, NONE, SPREAD, TINTED, WIDTH};
 use crate::emitter::extent::LightBounds;
 use etendue_numerics::math::safe_sqrt;
 use etendue_numerics::{DVec3, Vec3, Vec4};
@@ -17,33 +17,44 @@ use etendue_numerics::{DVec3, Vec3, Vec4};
 const BINS: usize = 12;
 /// Splits in a row after which lights are halved by count, so that no arrangement makes a deep tree.
 const MAX_UNEVEN_DEPTH: u32 = 24;
+/// So many lights are divided by tint: few enough to be close together, enough for several of each.
+const TO_TINT: std::ops::RangeInclusive<usize> = 4 * WIDTH..=32 * WIDTH;
+/// Tints that differ by less are one.
+const SAME_TINT: f32 = 0.02;
 
 impl LightTree {
-    /// The tree of the lights `bounds`; those of no intensity are never chosen.
-    pub(in crate::emitter) fn new(bounds: &[LightBounds]) -> Self {
+    /// The tree of the lights `bounds`; those of no intensity are never chosen. `tints` are numbers for their colours, the less apart the more
+    /// alike they are.
+    pub(in crate::emitter) fn new(bounds: &[LightBounds], tints: &[f32]) -> Self {
         let lit = |b: &LightBounds| b.intensity > 0.0 && b.intensity.is_finite();
         let mut items: Vec<Item> =
-            bounds.iter().enumerate().filter(|(_, b)| lit(b)).map(|(i, b)| Item::new(i as u32, *b)).collect();
-        let mut tree = Self { nodes: Vec::new(), parent: Vec::new(), place: vec![NONE; bounds.len()] };
+            bounds.iter().enumerate().filter(|(_, b)| lit(b)).map(|(i, b)| Item::new(i as u32, *b, tints[i])).collect();
+        let mut tree = Self { place: vec![NONE; bounds.len()], ..Self::default() };
         if !items.is_empty() {
-            tree.add(&mut items, NONE, 0);
+            tree.root = tree.add(&mut items, NONE, 0, true);
+        }
+        if items.iter().all(|i| i.bounds.cos_e <= 0.0) {
+            tree.cones.clear();
         }
         tree
     }
 
-    /// Adds the node of `items` and all below it; `place` is where it hangs.
-    fn add(&mut self, items: &mut [Item], place: u32, depth: u32) -> u32 {
+    /// Adds the node of `items` and all below it; `place` is where it hangs. `many_tints` where tints were not told apart above.
+    fn add(&mut self, items: &mut [Item], place: u32, depth: u32, many_tints: bool) -> u32 {
         let id = self.nodes.len() as u32;
         self.parent.push(place);
+        let tinted = many_tints && TO_TINT.contains(&items.len()) && sort_by_tint(items);
 
-        // Split in two, then the costlier parts, until there are four.
-        let mut parts: Vec<(&mut [Item], Part)> = if items.len() <= 4 {
+        // Split in two, then the costlier parts, until there are enough.
+        let mut parts: Vec<(&mut [Item], Part)> = if items.len() <= WIDTH {
             items.chunks_mut(1).map(|item| (Part::of(item), item)).map(|(part, item)| (item, part)).collect()
+        } else if tinted {
+            tints(items).into_iter().map(|items| (Part::of(items), items)).map(|(part, items)| (items, part)).collect()
         } else {
             let whole = Part::of(items);
             vec![(items, whole)]
         };
-        while parts.len() < 4 {
+        while parts.len() < WIDTH && !tinted {
             let cost = |part: &Part| part.bounds.cost(part.bounds.bounds.size().length());
             let divisible = parts.iter().enumerate().filter(|(_, (_, part))| part.count > 1);
             let Some((i, _)) = divisible.max_by(|(_, a), (_, b)| cost(&a.1).total_cmp(&cost(&b.1))) else { break };
@@ -56,38 +67,80 @@ impl LightTree {
         }
 
         let known: Vec<Part> = parts.iter().map(|(_, part)| *part).collect();
-        self.nodes.push(Node::new(&known));
+        self.nodes.push(std::array::from_fn(|i| Block::new(known.get(4 * i..).unwrap_or(&[]))));
+        self.cones.push(std::array::from_fn(|i| Cones::new(known.get(4 * i..).unwrap_or(&[]))));
         for (slot, (items, _)) in parts.into_iter().enumerate() {
-            let place = 4 * id + slot as u32;
+            let place = WIDTH as u32 * id + slot as u32;
             let child = if let [item] = items {
                 self.place[item.light as usize] = place;
                 item.light | LEAF
             } else {
-                self.add(items, place, depth + 2)
+                self.add(items, place, depth + WIDTH.ilog2(), many_tints && !tinted)
             };
-            self.nodes[id as usize].child[slot] = child;
+            self.nodes[id as usize][slot / 4].child[slot % 4] = child;
         }
-        id
+        if tinted { id | TINTED } else { id }
     }
 }
 
-impl Node {
+/// Puts lights in the order of their tints; whether there is more than one.
+fn sort_by_tint(items: &mut [Item]) -> bool {
+    items.sort_by(|a, b| a.tint.total_cmp(&b.tint));
+    items.windows(2).any(|pair| differ(&pair[0], &pair[1]))
+}
+
+fn differ(a: &Item, b: &Item) -> bool {
+    !((a.tint - b.tint).abs() < SAME_TINT)
+}
+
+/// Lights in the order of their tints, divided where these differ, or evenly where that makes too many parts.
+fn tints(mut items: &mut [Item]) -> Vec<&mut [Item]> {
+    let steps: Vec<usize> = (1..items.len()).filter(|i| differ(&items[i - 1], &items[*i])).collect();
+    let even = (1..WIDTH).map(|i| i * items.len() / WIDTH).collect();
+    let cuts = if steps.len() < WIDTH { steps } else { even };
+    let mut parts = Vec::new();
+    for cut in cuts.into_iter().rev() {
+        let (low, high) = items.split_at_mut(cut);
+        parts.push(high);
+        items = low;
+    }
+    parts.push(items);
+    parts.reverse();
+    parts
+}
+
+/// One number of up to four parts; `none` where there are fewer.
+fn lanes(parts: &[Part], none: f32, of: impl Fn(&Part) -> f32) -> Vec4 {
+    Vec4::from_array(std::array::from_fn(|i| parts.get(i).map_or(none, &of)))
+}
+
+/// One vector of up to four parts.
+fn vectors(parts: &[Part], of: impl Fn(&Part) -> Vec3) -> [Vec4; 3] {
+    std::array::from_fn(|axis| lanes(parts, 0.0, |p| of(p)[axis]))
+}
+
+impl Block {
     fn new(parts: &[Part]) -> Self {
-        let lane = |f: &dyn Fn(&Part) -> f32, none: f32| Vec4::from_array(std::array::from_fn(|i| parts.get(i).map_or(none, f)));
-        let vector = |f: &dyn Fn(&Part) -> Vec3| std::array::from_fn(|axis| lane(&|p| f(p)[axis], 0.0));
         Self {
-            mean: vector(&|p| p.mean),
-            variance: vector(&|p| p.variance),
-            r2: lane(&|p| p.radius_squared(), 0.0),
-            axis: vector(&|p| p.bounds.axis),
-            normal: lane(&|p| p.normal, 0.0),
-            normal_spread: lane(&|p| SPREAD * p.normal_variance(), 0.0),
-            cos_o: lane(&|p| p.bounds.cos_o, 1.0),
-            sin_o: lane(&|p| safe_sqrt(1.0 - p.bounds.cos_o * p.bounds.cos_o), 0.0),
-            cos_e: lane(&|p| p.bounds.cos_e, 1.0),
-            even: lane(&|p| p.bounds.even, 0.0),
-            facing: lane(&|p| p.bounds.intensity - p.bounds.even, 0.0),
+            mean: vectors(parts, |p| p.mean),
+            spread: lanes(parts, 0.0, |p| p.variance),
+            r2: lanes(parts, 0.0, Part::radius_squared),
+            normal: vectors(parts, |p| p.normal),
+            normal_spread: lanes(parts, 0.0, |p| SPREAD * p.normal_variance()),
+            even: lanes(parts, 0.0, |p| p.bounds.even),
+            facing: lanes(parts, 0.0, |p| p.bounds.intensity - p.bounds.even),
             child: [NONE; 4],
+        }
+    }
+}
+
+impl Cones {
+    fn new(parts: &[Part]) -> Self {
+        Self {
+            axis: vectors(parts, |p| p.bounds.axis),
+            cos_o: lanes(parts, 1.0, |p| p.bounds.cos_o),
+            sin_o: lanes(parts, 0.0, |p| safe_sqrt(1.0 - p.bounds.cos_o * p.bounds.cos_o)),
+            cos_e: lanes(parts, 1.0, |p| p.bounds.cos_e),
         }
     }
 }
@@ -98,11 +151,12 @@ struct Item {
     light: u32,
     bounds: LightBounds,
     center: Vec3,
+    tint: f32,
 }
 
 impl Item {
-    fn new(light: u32, bounds: LightBounds) -> Self {
-        Self { light, bounds, center: bounds.center }
+    fn new(light: u32, bounds: LightBounds, tint: f32) -> Self {
+        Self { light, bounds, center: bounds.center, tint }
     }
 }
 
@@ -151,19 +205,19 @@ struct Part {
     bounds: LightBounds,
     /// Mean place, by intensity.
     mean: Vec3,
-    /// Variance of places along the axes.
-    variance: Vec3,
-    /// Length of the mean normal of the light that follows the cosine.
-    normal: f32,
+    /// Variance of places, in all.
+    variance: f32,
+    /// Mean normal of the light that follows the cosine.
+    normal: Vec3,
 }
 
 impl Part {
     fn of(items: &[Item]) -> Self {
         // Of a single light: spread evenly over its box.
-        let own_variance = |b: &LightBounds| b.bounds.size() * b.bounds.size() / 12.0;
+        let own_variance = |b: &LightBounds| b.bounds.size().length_squared() / 12.0;
         if let [item] = items {
             let b = item.bounds;
-            return Self { count: 1, bounds: b, mean: item.center, variance: own_variance(&b), normal: 1.0 };
+            return Self { count: 1, bounds: b, mean: item.center, variance: own_variance(&b), normal: b.axis };
         }
         let mut all = Gathered::NONE;
         let (mut mean, mut weight, mut facing) = (DVec3::ZERO, 0.0, DVec3::ZERO);
@@ -176,23 +230,22 @@ impl Part {
         }
         all.settle();
         let mean = (mean / weight).as_vec3();
-        let mut variance = DVec3::ZERO;
+        let mut variance = 0.0;
         for item in items {
             let b = &item.bounds;
             all.second(b);
-            let off = item.center - mean;
-            variance += (off * off + own_variance(b)).as_dvec3() * f64::from(b.intensity);
+            variance += f64::from((item.center - mean).length_squared() + own_variance(b)) * f64::from(b.intensity);
         }
         let bounds = all.bounds;
-        let normal = facing.length() as f32 / (bounds.intensity - bounds.even).max(1e-30);
+        let normal = (facing / f64::from((bounds.intensity - bounds.even).max(1e-30))).as_vec3().clamp_length_max(1.0);
         // Faint lights far from the mean count for little; they must not count for nothing.
-        let least = 1e-3 * bounds.bounds.size() * bounds.bounds.size();
-        Self { count: items.len(), bounds, mean, variance: (variance / weight).as_vec3().max(least), normal: normal.min(1.0) }
+        let least = 1e-3 * bounds.bounds.size().length_squared();
+        Self { count: items.len(), bounds, mean, variance: ((variance / weight) as f32).max(least), normal }
     }
 
     /// σₙ², not down to zero: a few of many normals may differ.
     fn normal_variance(&self) -> f32 {
-        if self.count == 1 { 0.0 } else { ((1.0 - self.normal * self.normal) / 3.0).max(1e-4) }
+        if self.count == 1 { 0.0 } else { ((1.0 - self.normal.length_squared()) / 3.0).max(1e-4) }
     }
 
     /// Squared radius of the sphere about the mean that holds the box.

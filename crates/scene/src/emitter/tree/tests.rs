@@ -1,6 +1,6 @@
 //! The light tree held to sums, counts and reachability.
 
-use super::{LightTree, NONE};
+use super::{LightTree, NONE, TINTED, WIDTH};
 use crate::emitter::LightBounds;
 use crate::emitter::record::LightReference;
 use etendue_check::{Rng, chi_square_p, family_wise, rng};
@@ -26,6 +26,12 @@ fn strewn(n: usize, seed: u64) -> Vec<LightBounds> {
     (0..n).map(light).collect()
 }
 
+/// A tree over lights of five tints in turn.
+fn grown(lights: &[LightBounds]) -> LightTree {
+    let tints: Vec<f32> = (0..lights.len()).map(|i| (i % 5) as f32 / 5.0).collect();
+    LightTree::new(lights, &tints)
+}
+
 fn reference(r: &mut Rng) -> LightReference {
     let p = Vec3::from(r.u3()) * 1.4 - 0.2;
     match r.below(3) {
@@ -41,7 +47,7 @@ fn probabilities_sum_to_one() {
     for n in [1, 2, 3, 4, 5, 17, 300, 5000] {
         let lights = strewn(n, n as u64);
         let everywhere: Vec<_> = lights.iter().map(|l| LightBounds { cos_o: -1.0, cos_e: 0.0, even: l.intensity, ..*l }).collect();
-        let (tree, complete) = (LightTree::new(&lights), LightTree::new(&everywhere));
+        let (tree, complete) = (grown(&lights), grown(&everywhere));
         for _ in 0..20 {
             let from = reference(&mut r);
             let sum = |tree: &LightTree| (0..n).map(|i| f64::from(tree.probability(&from, i))).sum::<f64>();
@@ -57,14 +63,14 @@ fn probabilities_sum_to_one() {
 fn lights_are_drawn_as_often_as_their_probability_says() {
     // Chi-square over the lights at each of 12 places; a false alarm in 1000 runs over all of them.
     let n = 200;
-    let tree = LightTree::new(&strewn(n, 9));
+    let tree = grown(&strewn(n, 9));
     let (mut r, draws) = (rng(4), 100_000);
     let alpha = family_wise(1e-3, 12);
     for _ in 0..12 {
         let from = reference(&mut r);
         let (mut counts, mut none) = (vec![0f64; n], 0.0);
         for _ in 0..draws {
-            match tree.sample(&from, r.u1_f64()) {
+            match tree.sample(&from, r.u1_f64(), &mut r.u1()) {
                 Some((i, p)) => {
                     counts[i] += 1.0;
                     let probability = tree.probability(&from, i);
@@ -95,7 +101,7 @@ fn lights_are_drawn_as_often_as_their_probability_says() {
 fn every_light_that_reaches_a_place_has_its_chance() {
     // A point of each light, seen exactly: wherever the cosines are above zero the probability must be.
     let lights = strewn(400, 11);
-    let tree = LightTree::new(&lights);
+    let tree = grown(&lights);
     let mut r = rng(12);
     for _ in 0..60 {
         let from = reference(&mut r);
@@ -111,7 +117,7 @@ fn every_light_that_reaches_a_place_has_its_chance() {
 #[test]
 fn near_and_bright_lights_are_preferred() {
     let at = |x: f32, intensity: f32| LightBounds::of_point(Vec3::new(x, 0.0, 0.0), intensity);
-    let tree = LightTree::new(&[at(1.0, 1.0), at(3.0, 1.0), at(3.0, 9.0)]);
+    let tree = grown(&[at(1.0, 1.0), at(3.0, 1.0), at(3.0, 9.0)]);
     let from = LightReference::point(Vec3::ZERO);
     let p: Vec<f32> = (0..3).map(|i| tree.probability(&from, i)).collect();
     // Points: exactly by I/d².
@@ -127,19 +133,19 @@ fn dark_lights_are_never_drawn_and_odd_numbers_do_no_harm() {
     lights[7].intensity = 0.0;
     lights[8].intensity = f32::NAN;
     lights[9].intensity = f32::INFINITY;
-    let tree = LightTree::new(&lights);
+    let tree = grown(&lights);
     let from = LightReference::point(Vec3::splat(0.5));
     assert!([7, 8, 9, 50].iter().all(|i| tree.probability(&from, *i) == 0.0));
     // Where a light is, and the ends of the unit interval.
     for light in &lights {
         let from = LightReference::point(light.bounds.min);
         for u in [0.0, 0.5, 1.0 - f64::EPSILON] {
-            let Some((i, p)) = tree.sample(&from, u) else { continue };
+            let Some((i, p)) = tree.sample(&from, u, &mut 0.5) else { continue };
             assert!(p > 0.0 && p <= 1.0 && ![7, 8, 9].contains(&i), "{i}: {p}");
         }
     }
-    assert!(LightTree::new(&[]).is_empty());
-    assert!(LightTree::new(&lights[7..10]).sample(&from, 0.5).is_none());
+    assert!(grown(&[]).is_empty());
+    assert!(grown(&lights[7..10]).sample(&from, 0.5, &mut 0.5).is_none());
 }
 
 #[test]
@@ -147,15 +153,32 @@ fn lights_in_one_place_or_one_line_make_a_shallow_tree() {
     let one_place = vec![LightBounds::of_point(Vec3::ONE, 1.0); 20_000];
     let shrinking: Vec<_> = (0..20_000).map(|i| LightBounds::of_point(Vec3::X * 0.999f32.powi(i), 1.0)).collect();
     for lights in [one_place, shrinking] {
-        let tree = LightTree::new(&lights);
+        let tree = grown(&lights);
         let depth = |mut place: u32| {
             let mut n = 0;
             while place != NONE {
-                (place, n) = (tree.parent[place as usize / 4], n + 1);
+                (place, n) = (tree.parent[place as usize / WIDTH], n + 1);
             }
             n
         };
         let deepest = tree.place.iter().map(|p| depth(*p)).max();
         assert!(deepest < Some(40), "{deepest:?}");
     }
+}
+
+#[test]
+fn every_tint_gets_its_share_of_a_few_stratified_draws() {
+    // 200 lights in one place, five tints in turn: 20 strata of the tint's number bring four of each, whatever the other number is.
+    let mut r = rng(7);
+    let tree = grown(&strewn(200, 1).iter().map(|l| LightBounds { intensity: 1.0, even: 1.0, cos_o: -1.0, ..*l }).collect::<Vec<_>>());
+    assert!(tree.root & TINTED != 0);
+    let from = LightReference::point(Vec3::splat(40.0));
+    let mut counts = [0; 5];
+    for i in 0..20 {
+        let mut tint = (i as f32 + 0.5) / 20.0;
+        let (light, _) = tree.sample(&from, r.u1_f64(), &mut tint).expect("a light");
+        assert!((0.0..1.0).contains(&tint));
+        counts[light % 5] += 1;
+    }
+    assert!(counts.iter().all(|n| (3..=5).contains(n)), "{counts:?}");
 }
