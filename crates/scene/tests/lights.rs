@@ -45,9 +45,9 @@ fn sampled_rows() -> Vec<(&'static str, String, LightReference)> {
     let place = |s: f64| {
         format!(r#"<transform name="to_world"><scale value="{s}"/><rotate x="1" angle="30"/><translate z="2"/></transform>"#)
     };
-    let facing = |p: [f32; 3]| LightReference { p: p.into(), n: Vec3::Z, one_sided: true };
+    let facing = |p: [f32; 3]| LightReference { p: p.into(), n: Vec3::Z, one_sided: true, shared: false };
     let free = |p: [f32; 3]| LightReference::point(p.into());
-    let surface = LightReference { p: Vec3::ZERO, n: Vec3::new(0.6, 0.0, 0.8), one_sided: false };
+    let surface = LightReference { p: Vec3::ZERO, n: Vec3::new(0.6, 0.0, 0.8), one_sided: false, shared: false };
     let textured = r#"<emitter type="area"><texture type="bitmap" name="radiance"><string name="filename" value="slide.exr"/></texture></emitter>"#;
     let sky = |file: &str| {
         format!(
@@ -71,6 +71,14 @@ fn sampled_rows() -> Vec<(&'static str, String, LightReference)> {
         ),
         ("sky", sky("sky.exr"), free([0.0; 3])),
         ("sun", sky("sun.exr"), surface),
+        ("sky beside a walk", sky("sky.exr"), LightReference { shared: true, ..surface }),
+        ("sun beside a walk", sky("sun.exr"), LightReference { shared: true, ..free([0.0; 3]) }),
+        (
+            "sun and sphere beside a walk",
+            sky("sun.exr") + &area("sphere", &place(0.5)),
+            LightReference { shared: true, ..facing([0.2, 0.1, 0.0]) },
+        ),
+        ("sky and constant beside a walk", sky("sky.exr") + r#"<emitter type="constant"/>"#, LightReference { shared: true, ..surface }),
         ("constant", r#"<emitter type="constant"/>"#.into(), free([0.0; 3])),
         ("constant, one side", r#"<emitter type="constant"/>"#.into(), LightReference { one_sided: true, ..surface }),
         ("constant, both sides", r#"<emitter type="constant"/>"#.into(), surface),
@@ -331,7 +339,7 @@ fn the_ends_of_the_unit_interval_and_odd_places_do_no_harm() {
                 "{name}: {emitted:?}"
             );
             for p in [Vec3::ZERO, Vec3::new(0.2, 0.0, 1.0), Vec3::new(0.0, 0.0, 1.5), Vec3::splat(1e5)] {
-                for from in [LightReference::point(p), LightReference { p, n: Vec3::Z, one_sided: true }] {
+                for from in [LightReference::point(p), LightReference { p, n: Vec3::Z, one_sided: true, shared: false }] {
                     let s = scene.sample_light(&from, u(0), Vec2::new(u(1), u(2)), &WL);
                     let sane = s.is_none_or(|s| {
                         s.le.is_finite() && s.wi.is_normalized() && s.pdf.value() > 0.0 && s.pdf.value().is_finite()

@@ -88,6 +88,7 @@ impl Light for Constant {
     }
 
     fn extent(&self, scene: &Scene, _: u32) -> Extent {
-        Extent::Distant { irradiance: PI * scalar(self.radiance.mean(scene)), from: None }
+        let irradiance = PI * scalar(self.radiance.mean(scene));
+        Extent::Distant { irradiance, excess: irradiance, from: None }
     }
 }

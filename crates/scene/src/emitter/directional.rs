@@ -92,6 +92,7 @@ impl Light for Directional {
     }
 
     fn extent(&self, scene: &Scene, _: u32) -> Extent {
-        Extent::Distant { irradiance: scalar(self.irradiance.mean(scene)), from: Some(-self.direction) }
+        let irradiance = scalar(self.irradiance.mean(scene));
+        Extent::Distant { irradiance, excess: irradiance, from: Some(-self.direction) }
     }
 }

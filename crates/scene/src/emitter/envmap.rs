@@ -8,6 +8,9 @@
 //! Φ = π R² ∫ Le dw through the scene's sphere of radius R
 //! ```
 //!
+//! Where a walk looks for light as well, P ∝ max(mean of the four - L̄, 0) · Ω with L̄ = ∫ Le dw / 4π: light samples see to suns and windows, and
+//! leave to the walk what shines from all around, which it finds at least as well [Karlík et al. 2019, MIS compensation].
+//!
 //! Within a cell directions are drawn evenly in φ and cosθ, so the density is constant there and holds sinθ exactly. A cell is never
 //! drawn only if its four corners are black, and then so is all of it.
 //!
@@ -38,6 +41,8 @@ pub struct Environment {
     axes: Frame,
     /// Which cell; rows of cells lie between rows of texels.
     cells: Table2D,
+    /// The same beside a walk; no light sample is drawn where it has no weight.
+    excess: Table2D,
     /// For each row of texels cosθ, and 1/Ω of a cell of the row that begins there.
     rows: Vec<[f32; 2]>,
     /// ∫ Le dw, W/m².
@@ -49,7 +54,8 @@ impl Environment {
     pub fn new(texels: Arc<Texels>, scale: f32, axes: Frame) -> Self {
         let (width, height) = (texels.width(), texels.height().max(2));
         let rows = (0..height).map(|row| [cos_theta(height, row), 1.0 / solid_angle(width, height, row)]).collect();
-        let mut new = Self { texels, scale, width, height, axes, cells: Table2D::new(&[], 1, 1), rows, integral: Spectrum::ZERO };
+        let none = Table2D::new(&[], 1, 1);
+        let mut new = Self { texels, scale, width, height, axes, cells: none.clone(), excess: none, rows, integral: Spectrum::ZERO };
 
         let mut weights = Vec::with_capacity(width * (height - 1));
         let mut integral = [0f64; 3];
@@ -65,6 +71,10 @@ impl Environment {
         let [r, g, b] = integral.map(|i| i as f32);
         new.integral = Spectrum::rgb(r, g, b);
         new.cells = Table2D::new(&weights, width, height - 1);
+        let mean = (new.cells.sum() / f64::from(4.0 * PI)) as f32;
+        // A little more, lest rounding make a pattern of an even sky.
+        let excess = |(i, w): (usize, &f32)| (w - 1.001 * mean * solid_angle(width, height, i / width)).max(0.0);
+        new.excess = Table2D::new(&weights.iter().enumerate().map(excess).collect::<Vec<_>>(), width, height - 1);
         new
     }
 
@@ -95,19 +105,28 @@ impl Environment {
         Spectrum::lerp(place.y, across(row), across(row + 1))
     }
 
-    /// p_w of a unit direction in the picture's coordinates.
+    /// The cells as light samples draw them.
     #[inline]
-    fn density(&self, local: Vec3) -> f32 {
-        let (column, row, _) = self.cell(local);
-        self.cells.probability(column, row) * self.rows[row][1]
+    fn sampled(&self, from: &LightReference) -> &Table2D {
+        if from.shared { &self.excess } else { &self.cells }
     }
 
-    /// A unit direction in the picture's coordinates, with its p_w and Le.
-    fn sample_local(&self, u: Vec2) -> Option<(Vec3, f32, Spectrum)> {
-        if self.cells.sum() <= 0.0 {
+    /// p_w of a unit direction in the picture's coordinates, drawn from `cells`.
+    #[inline]
+    fn density(&self, cells: &Table2D, local: Vec3) -> f32 {
+        if cells.sum() <= 0.0 {
+            return 0.0;
+        }
+        let (column, row, _) = self.cell(local);
+        cells.probability(column, row) * self.rows[row][1]
+    }
+
+    /// A unit direction in the picture's coordinates drawn from `cells`, with its p_w and Le.
+    fn sample_local(&self, cells: &Table2D, u: Vec2) -> Option<(Vec3, f32, Spectrum)> {
+        if cells.sum() <= 0.0 {
             return None;
         }
-        let (column, row, probability, rest) = self.cells.sample_discrete(u);
+        let (column, row, probability, rest) = cells.sample_discrete(u);
         let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
         let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
         let cos = top + (bottom - top) * rest.y;
@@ -136,12 +155,12 @@ impl Light for Environment {
         self.radiance(self.cell(self.axes.to_local(d)))
     }
 
-    fn pdf_escaped(&self, _: &LightReference, wi: Vec3) -> f32 {
-        self.density(self.axes.to_local(wi))
+    fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
+        self.density(self.sampled(from), self.axes.to_local(wi))
     }
 
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
-        let (local, pdf_w, le) = self.sample_local(u)?;
+        let (local, pdf_w, le) = self.sample_local(self.sampled(from), u)?;
         let wi = self.axes.to_world(local);
         Some(LightSample {
             wi,
@@ -156,12 +175,12 @@ impl Light for Environment {
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
-        let direction = Pdf::SolidAngle(self.density(self.axes.to_local(wi)));
+        let direction = Pdf::SolidAngle(self.density(&self.cells, self.axes.to_local(wi)));
         EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
-        let (local, pdf_w, le) = self.sample_local(u_direction)?;
+        let (local, pdf_w, le) = self.sample_local(&self.cells, u_direction)?;
         let d = -self.axes.to_world(local);
         let (ray, pdf_a) = from_infinity(scene, d, u)?;
         Some(EmissionSample {
@@ -181,6 +200,7 @@ impl Light for Environment {
 
     fn extent(&self, _: &Scene, _: u32) -> Extent {
         // A quarter of the integral: the irradiance of surroundings that are everywhere as bright as on average.
-        Extent::Distant { irradiance: 0.25 * scalar(self.integral), from: None }
+        let excess = 0.25 * self.excess.sum() as f32;
+        Extent::Distant { irradiance: 0.25 * scalar(self.integral), excess, from: None }
     }
 }

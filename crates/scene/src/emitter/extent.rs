@@ -20,6 +20,8 @@ pub enum Extent {
     Distant {
         /// Irradiance E on a surface that faces it, W/m², unshadowed.
         irradiance: f32,
+        /// The part of E that light samples look for beside a walk ([`super::LightReference::shared`]).
+        excess: f32,
         /// The unit direction towards it, if it has only one.
         from: Option<Vec3>,
     },

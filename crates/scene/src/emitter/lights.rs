@@ -28,6 +28,8 @@ struct Distant {
     emitter: EmitterId,
     /// E on a surface that faces it, times the sampling weight, W/m².
     irradiance: f32,
+    /// The part of it that counts beside a walk.
+    excess: f32,
     /// The direction towards it, if it has only one.
     from: Option<Vec3>,
 }
@@ -74,13 +76,13 @@ impl Lights {
                         bounds.push(b.scaled(emitter.sampling_weight));
                         tints.push(tint(power));
                     }
-                    Extent::Distant { irradiance, from } => {
+                    Extent::Distant { irradiance, excess, from } => {
                         if from.is_none() {
                             lights.environments.push(id);
                         }
-                        let irradiance = irradiance * emitter.sampling_weight;
+                        let [irradiance, excess] = [irradiance, excess].map(|e| e * emitter.sampling_weight);
                         if irradiance > 0.0 {
-                            lights.distant.push(Distant { emitter: id, irradiance, from });
+                            lights.distant.push(Distant { emitter: id, irradiance, excess, from });
                         }
                     }
                     Extent::Unseen => {}
@@ -318,7 +320,8 @@ impl Distant {
             _ => 1.0,
         };
         let cos = if from.one_sided { cos } else { cos.abs() };
-        if cos > 0.0 { self.irradiance * cos.max(0.05) } else { 0.0 }
+        let irradiance = if from.shared { self.excess } else { self.irradiance };
+        if cos > 0.0 { irradiance * cos.max(0.05) } else { 0.0 }
     }
 }
 

@@ -23,19 +23,21 @@ pub struct LightReference {
     pub n: Vec3,
     /// Whether only light on the side of `n` matters, because nothing is transmitted.
     pub one_sided: bool,
+    /// Whether a walk that goes on from here counts the light that it meets, too: then light samples may leave to it what it finds best.
+    pub shared: bool,
 }
 
 impl LightReference {
     /// A point that light reaches from all sides alike.
     pub fn point(p: Vec3) -> Self {
-        Self { p, n: Vec3::ZERO, one_sided: false }
+        Self { p, n: Vec3::ZERO, one_sided: false, shared: false }
     }
 
     /// A surface that scatters to the side of `x.wo` only: lights behind it are not chosen.
     #[inline]
     pub fn reflecting(x: &Interaction) -> Self {
         let ns = x.shading.n;
-        Self { p: x.p, n: if ns.dot(x.wo) < 0.0 { -ns } else { ns }, one_sided: true }
+        Self { p: x.p, n: if ns.dot(x.wo) < 0.0 { -ns } else { ns }, one_sided: true, shared: false }
     }
 }
 
@@ -43,7 +45,7 @@ impl From<&Interaction> for LightReference {
     /// A surface that may scatter to both sides.
     #[inline]
     fn from(x: &Interaction) -> Self {
-        Self { p: x.p, n: x.shading.n, one_sided: false }
+        Self { p: x.p, n: x.shading.n, one_sided: false, shared: false }
     }
 }
 

@@ -49,7 +49,7 @@ pub fn look(scene: &Scene, o: Vec3, d: Vec3) -> Option<Interaction> {
 
 /// Irradiance on the side of `n` at a place in empty space, W/m², by light sampling: ∫ L max(cosθ, 0) dw, occlusion included.
 pub fn irradiance(scene: &Scene, p: Vec3, n: Vec3, samples: usize, rng: &mut Rng) -> Moments {
-    let from = LightReference { p, n, one_sided: true };
+    let from = LightReference { p, n, one_sided: true, shared: false };
     let mut moments = Moments::default();
     for _ in 0..samples {
         let sample = scene.sample_light(&from, rng.u1(), rng.u2(), &WL);

@@ -17,6 +17,8 @@ pub struct Vertex {
     pub bsdf: Bsdf,
     /// Direction towards the previous vertex, local.
     pub wo: Vec3,
+    /// Whether the walk that goes on from here counts the light that it meets beside light samples; not unless the solver says so.
+    pub shares_light: bool,
 }
 
 /// A direction sampled at a vertex.
@@ -48,7 +50,7 @@ impl Vertex {
     /// The vertex at x, before its material is evaluated: it absorbs all light. A vertex is large: made in these two steps it never moves.
     #[inline(always)]
     pub fn at(x: Interaction) -> Self {
-        Self { wo: x.wo_local(), x, bsdf: Bsdf::new() }
+        Self { wo: x.wo_local(), x, bsdf: Bsdf::new(), shares_light: false }
     }
 
     /// Evaluates the material, once.
@@ -99,7 +101,9 @@ impl Vertex {
     /// What light sampling may know of this vertex: where nothing is transmitted, lights behind it need not be asked.
     #[inline]
     pub fn light_reference(&self) -> LightReference {
-        if self.bsdf.events().transmits() { LightReference::from(&self.x) } else { LightReference::reflecting(&self.x) }
+        let transmits = self.bsdf.events().transmits();
+        let from = if transmits { LightReference::from(&self.x) } else { LightReference::reflecting(&self.x) };
+        LightReference { shared: self.shares_light, ..from }
     }
 
     /// Whether any direction but a discrete few scatters: whether next event estimation can find anything.

@@ -36,7 +36,7 @@ fn reference(r: &mut Rng) -> LightReference {
     let p = Vec3::from(r.u3()) * 1.4 - 0.2;
     match r.below(3) {
         0 => LightReference::point(p),
-        kind => LightReference { p, n: square_to_sphere(r.u2()), one_sided: kind == 1 },
+        kind => LightReference { p, n: square_to_sphere(r.u2()), one_sided: kind == 1, shared: false },
     }
 }
 
