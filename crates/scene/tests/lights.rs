@@ -78,7 +78,11 @@ fn sampled_rows() -> Vec<(&'static str, String, LightReference)> {
             sky("sun.exr") + &area("sphere", &place(0.5)),
             LightReference { shared: true, ..facing([0.2, 0.1, 0.0]) },
         ),
-        ("sky and constant beside a walk", sky("sky.exr") + r#"<emitter type="constant"/>"#, LightReference { shared: true, ..surface }),
+        (
+            "sky and constant beside a walk",
+            sky("sky.exr") + r#"<emitter type="constant"/>"#,
+            LightReference { shared: true, ..surface },
+        ),
         ("constant", r#"<emitter type="constant"/>"#.into(), free([0.0; 3])),
         ("constant, one side", r#"<emitter type="constant"/>"#.into(), LightReference { one_sided: true, ..surface }),
         ("constant, both sides", r#"<emitter type="constant"/>"#.into(), surface),

@@ -55,7 +55,8 @@ impl Environment {
         let (width, height) = (texels.width(), texels.height().max(2));
         let rows = (0..height).map(|row| [cos_theta(height, row), 1.0 / solid_angle(width, height, row)]).collect();
         let none = Table2D::new(&[], 1, 1);
-        let mut new = Self { texels, scale, width, height, axes, cells: none.clone(), excess: none, rows, integral: Spectrum::ZERO };
+        let mut new =
+            Self { texels, scale, width, height, axes, cells: none.clone(), excess: none, rows, integral: Spectrum::ZERO };
 
         let mut weights = Vec::with_capacity(width * (height - 1));
         let mut integral = [0f64; 3];

@@ -279,7 +279,7 @@ impl Vertices {
     /// What light sampling may know of vertex i.
     #[inline(always)]
     pub fn from(&self, i: usize) -> LightReference {
-        LightReference { p: self.p.get(i), n: self.from_n.get(i), one_sided: true }
+        LightReference { p: self.p.get(i), n: self.from_n.get(i), one_sided: true, shared: true }
     }
 
     /// Notes the light sample of vertex i.

@@ -170,7 +170,8 @@ fn lights_in_one_place_or_one_line_make_a_shallow_tree() {
 fn every_tint_gets_its_share_of_a_few_stratified_draws() {
     // 200 lights in one place, five tints in turn: 20 strata of the tint's number bring four of each, whatever the other number is.
     let mut r = rng(7);
-    let tree = grown(&strewn(200, 1).iter().map(|l| LightBounds { intensity: 1.0, even: 1.0, cos_o: -1.0, ..*l }).collect::<Vec<_>>());
+    let tree =
+        grown(&strewn(200, 1).iter().map(|l| LightBounds { intensity: 1.0, even: 1.0, cos_o: -1.0, ..*l }).collect::<Vec<_>>());
     assert!(tree.root & TINTED != 0);
     let from = LightReference::point(Vec3::splat(40.0));
     let mut counts = [0; 5];
