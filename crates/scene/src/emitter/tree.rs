@@ -190,7 +190,7 @@ impl Block {
     #[inline(always)]
     fn weights(&self, from: &LightReference) -> Vec4 {
         // From the lights to x.
-        let d = self.from_mean(from);
+        let d = self.way_from_mean(from);
         let d2 = dot(&d, &d).max(Vec4::splat(1e-30));
 
         // The mean of cosθₗ.
@@ -215,7 +215,7 @@ impl Block {
     }
 
     #[inline(always)]
-    fn from_mean(&self, from: &LightReference) -> [Vec4; 3] {
+    fn way_from_mean(&self, from: &LightReference) -> [Vec4; 3] {
         [from.p.x - self.mean[0], from.p.y - self.mean[1], from.p.z - self.mean[2]]
     }
 }
@@ -223,7 +223,7 @@ impl Block {
 impl Cones {
     /// The weights `w` of `block`, zero where no light arrives: θ - θo, then - θb, each not below zero, against θe.
     fn reached(&self, w: Vec4, block: &Block, from: &LightReference) -> Vec4 {
-        let d = block.from_mean(from);
+        let d = block.way_from_mean(from);
         let d2 = dot(&d, &d).max(Vec4::splat(1e-30));
         let cos = dot(&d, &self.axis) / d2.sqrt();
 

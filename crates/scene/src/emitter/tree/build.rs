@@ -90,7 +90,7 @@ fn sort_by_tint(items: &mut [Item]) -> bool {
 }
 
 fn differ(a: &Item, b: &Item) -> bool {
-    !((a.tint - b.tint).abs() < SAME_TINT)
+    (a.tint - b.tint).abs() >= SAME_TINT
 }
 
 /// Lights in the order of their tints, divided where these differ, or evenly where that makes too many parts.
