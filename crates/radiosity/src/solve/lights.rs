@@ -58,7 +58,7 @@ fn of_light(scene: &Scene, patches: &Patches, i: u32, id: LightId, samples: u32,
         let point = patches.sample(i, u.u2(Dim(0)));
         weights += point.weight;
         let x = patches.interaction(scene, i, point.st);
-        let from = LightReference { p: x.p, n: point.n.as_vec3(), one_sided: true };
+        let from = LightReference { p: x.p, n: point.n.as_vec3(), one_sided: true, shared: false };
         let Some(light) = scene.emitter(id.emitter).model.sample(scene, &from, id, u.u2(Dim(1)), &Wavelengths::Rgb) else {
             continue;
         };
