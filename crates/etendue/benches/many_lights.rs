@@ -8,6 +8,8 @@
 //! cost  = seconds × noise,    ratio = cost of ten thousand / cost of ten        seconds: the median
 //! ```
 
+#![allow(clippy::print_stdout, reason = "what it measured is all that it has to say")]
+
 use etendue::{LoadOptions, Loaded, RenderOptions, Stop, Watch, builtin, load, render};
 use std::fmt::Write as _;
 use std::time::Instant;
