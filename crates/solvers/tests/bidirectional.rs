@@ -5,6 +5,7 @@
 mod common;
 
 use common::checks::{agreement, furnace, furnace_scene, round_furnace_scene};
+use common::interrupted::leaves_no_trace;
 use common::worlds::*;
 use common::*;
 use etendue_numerics::{Dim, Sampler, SequenceKind, Spectrum, Vec2, Wavelengths};
@@ -13,12 +14,8 @@ use etendue_solvers::bidirectional::literal::Whole;
 use etendue_solvers::bidirectional::strategies::{self, StrategyPicture};
 use etendue_solvers::bidirectional::{Bidirectional, Found, Paths};
 use etendue_solvers::path_mis::PathMis;
-use etendue_solvers::solver::Needs;
 use etendue_solvers::transport::PathState;
-use etendue_solvers::{CancelToken, Checkpoint, Event, PathRules, Progress, Run, Solver, Stop, Stopped, Work};
-use std::sync::Mutex;
-use std::sync::atomic::Ordering::Relaxed;
-use std::time::Duration;
+use etendue_solvers::{CancelToken, PathRules, Progress, Run, Stop};
 
 const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1, faint: 0.0 }, Bidirectional { exponent: 2, faint: 0.005 }];
 #[test]
@@ -231,67 +228,12 @@ fn the_same_bits_on_any_threads() {
     assert!(pictures[0] == pictures[1] && pictures[1] == pictures[2]);
 }
 
-/// bidirectional that asks for its own cancellation in the middle of a pass.
-struct Interrupted<'a> {
-    cancel: &'a CancelToken,
-    units: u64,
-}
-
-impl Solver for Interrupted<'_> {
-    type State = <Bidirectional as Solver>::State;
-
-    fn needs(&self) -> Needs {
-        Needs::default()
-    }
-
-    fn units(&self, size: [u32; 2]) -> usize {
-        Bidirectional::default().units(size)
-    }
-
-    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Self::State {
-        Bidirectional::default().prepare(scene, run)
-    }
-
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut Self::State, k: u32, work: &Work<'_>) {
-        let stop_now = || {
-            if k == 1 && work.progress.tiles.load(Relaxed) >= self.units {
-                self.cancel.cancel();
-            }
-            (work.stop_now)()
-        };
-        let work = Work { film: work.film, replicates: None, units: work.units, stop_now: &stop_now, progress: work.progress };
-        Bidirectional::default().pass(scene, run, state, k, &work);
-    }
-}
-
-/// Stopped in the middle of a pass and resumed: the same bits, splats included.
+/// Stopped in the middle of a pass: splats are resumed as well.
 #[test]
 fn stopped_and_resumed_is_undisturbed() {
     let camera = camera_with("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, [24, 20], r#"<rfilter type="gaussian"/>"#);
     let scene = room(&camera, WALLS, &(lamp() + GLASS));
-    let go = |units: u64, resume: Option<&Checkpoint>| {
-        let (cancel, last) = (CancelToken::default(), Mutex::new(None));
-        let film = blank(&scene);
-        let events = |event: Event<'_>| {
-            if let Event::Checkpoint(checkpoint) = event {
-                *last.lock().expect("unpoisoned") = Some(checkpoint.clone());
-            }
-        };
-        let ended = with_run(PathRules::default(), 4, |run| {
-            let run =
-                Run { cancel: &cancel, stop: Stop::Samples(3), events: &events, checkpoint_every: Some(Duration::MAX), ..*run };
-            etendue_solvers::render(&Interrupted { cancel: &cancel, units }, "test", &scene, &run, &film, resume).expect("resumes")
-        });
-        (film.develop(), ended.stopped, last.into_inner().expect("unpoisoned"))
-    };
-    let (whole, ended, _) = go(u64::MAX, None);
-    assert_eq!(ended, Stopped::Samples);
-    let (part, ended, checkpoint) = go(4, None);
-    assert_eq!(ended, Stopped::Cancelled);
-    assert!(part != whole);
-    let (resumed, ended, _) = go(u64::MAX, checkpoint.as_ref());
-    assert_eq!(ended, Stopped::Samples);
-    assert!(resumed == whole);
+    leaves_no_trace(&scene, &Bidirectional::default(), Stop::Samples(3), &[(1, 4)]);
 }
 
 /// Vertices very close together: a furnace so flat that nearly every connection is short. Nothing is infinite, nothing is missing.

@@ -27,10 +27,6 @@ fn balls(film: &str) -> Scene {
     ))
 }
 
-fn bits(picture: &Picture) -> Vec<u32> {
-    picture.iter().flatten().map(|x| x.to_bits()).collect()
-}
-
 #[test]
 fn threads_do_not_matter() {
     let scene = balls(GAUSSIAN);

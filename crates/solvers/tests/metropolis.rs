@@ -5,17 +5,14 @@
 mod common;
 
 use common::checks::{agreement, furnace, furnace_scene, round_furnace_scene};
+use common::interrupted::leaves_no_trace;
 use common::worlds::*;
 use common::*;
 use etendue_scene::Scene;
 use etendue_solvers::metropolis::Metropolis;
 use etendue_solvers::metropolis::mutation::Mutation;
 use etendue_solvers::path_mis::PathMis;
-use etendue_solvers::solver::Needs;
-use etendue_solvers::{CancelToken, Checkpoint, Event, PathRules, Progress, Run, Solver, Stop, Stopped, Work};
-use std::sync::Mutex;
-use std::sync::atomic::Ordering::Relaxed;
-use std::time::Duration;
+use etendue_solvers::{PathRules, Stop};
 
 /// For small pictures; all light by chains, or direct light by path tracing.
 fn metropolis(direct: u32) -> Metropolis {
@@ -94,40 +91,6 @@ fn the_same_bits_on_any_threads() {
     }
 }
 
-/// metropolis that asks for its own cancellation in the middle of a pass.
-struct Interrupted<'a> {
-    cancel: &'a CancelToken,
-    at: (u32, u64),
-}
-
-impl Solver for Interrupted<'_> {
-    type State = <Metropolis as Solver>::State;
-
-    fn needs(&self) -> Needs {
-        Needs::default()
-    }
-
-    fn units(&self, size: [u32; 2]) -> usize {
-        SHORT.units(size)
-    }
-
-    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Self::State {
-        SHORT.prepare(scene, run)
-    }
-
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut Self::State, k: u32, work: &Work<'_>) {
-        let stop_now = || {
-            if k == self.at.0 && work.progress.tiles.load(Relaxed) >= self.at.1 {
-                self.cancel.cancel();
-            }
-            (work.stop_now)()
-        };
-        let work =
-            Work { film: work.film, replicates: work.replicates, units: work.units, stop_now: &stop_now, progress: work.progress };
-        SHORT.pass(scene, run, state, k, &work);
-    }
-}
-
 /// Chains of short life, so that they begin anew within the test.
 const SHORT: Metropolis = Metropolis {
     chains: 24,
@@ -137,50 +100,11 @@ const SHORT: Metropolis = Metropolis {
     renewal: 2,
 };
 
-/// Stopped among the tiles of direct light, among the chains, and where they begin anew; resumed: the same bits.
+/// Stopped among the tiles of direct light, among the chains, and where they begin anew: six tiles, three groups of chains.
 #[test]
 fn stopped_and_resumed_is_undisturbed() {
-    let scene = lit_room();
     for stop in [Stop::Samples(5), Stop::Noise { percent: 1e-9, limit: 33 }] {
-        let go = |at: (u32, u64), resume: Option<&Checkpoint>| {
-            let (cancel, last) = (CancelToken::default(), Mutex::new(None));
-            let film = blank(&scene);
-            let events = |event: Event<'_>| {
-                if let Event::Checkpoint(checkpoint) = event {
-                    // By way of its bytes, as a file has them.
-                    *last.lock().expect("unpoisoned") = Some(Checkpoint::from_bytes(&checkpoint.to_bytes()).expect("whole"));
-                }
-            };
-            let run = Run {
-                view: 0,
-                seed: 4,
-                sequence: etendue_numerics::SequenceKind::Sobol,
-                stop,
-                rules: PathRules::default(),
-                digest: 0,
-                pool: &threads(2),
-                cancel: &cancel,
-                progress: &Progress::default(),
-                events: &events,
-                checkpoint_every: Some(Duration::MAX),
-            };
-            let solver = Interrupted { cancel: &cancel, at };
-            let ended = etendue_solvers::render(&solver, "test", &scene, &run, &film, resume).expect("resumes");
-            (film.develop(), ended.stopped, last.into_inner().expect("unpoisoned"))
-        };
-        let (whole, ended, _) = go((u32::MAX, 0), None);
-        assert_ne!(ended, Stopped::Cancelled);
-        let mut checkpoint: Option<Checkpoint> = None;
-        // Six tiles, three groups of chains.
-        for at in [(0, 3), (1, 6), (2, 7), (4, 0)] {
-            let (part, ended, saved) = go(at, checkpoint.as_ref());
-            assert_eq!(ended, Stopped::Cancelled);
-            assert!(part != whole);
-            checkpoint = saved;
-        }
-        let (resumed, ended, _) = go((u32::MAX, 0), checkpoint.as_ref());
-        assert_ne!(ended, Stopped::Cancelled);
-        assert!(resumed == whole, "{stop:?}");
+        leaves_no_trace(&lit_room(), &SHORT, stop, &[(0, 3), (1, 6), (2, 7), (4, 0)]);
     }
 }
 

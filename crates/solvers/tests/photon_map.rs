@@ -5,20 +5,17 @@
 mod common;
 
 use common::checks::{agreement, furnace, furnace_scene, neumann};
+use common::interrupted::leaves_no_trace;
 use common::*;
 use etendue_check::{Moments, compare_means, student_quantile};
-use etendue_numerics::SequenceKind;
 use etendue_scene::Scene;
 use etendue_solvers::agreement::Trial;
 use etendue_solvers::bidirectional::Bidirectional;
 use etendue_solvers::path_mis::PathMis;
+use etendue_solvers::photon_map::PhotonMap;
 use etendue_solvers::photon_map::literal::Literal;
-use etendue_solvers::photon_map::{PhotonMap, State};
-use etendue_solvers::solver::Needs;
-use etendue_solvers::{CancelToken, Checkpoint, Event, PathRules, Progress, Run, Solver, Stop, Stopped, Work};
+use etendue_solvers::{CancelToken, PathRules, Stop};
 use std::sync::Mutex;
-use std::sync::atomic::Ordering::Relaxed;
-use std::time::Duration;
 
 /// Direct light by photons, or by shadow rays.
 const BY: [usize; 2] = [0, 1];
@@ -338,10 +335,6 @@ fn the_books_are_balanced() {
     }
 }
 
-fn bits(film: &etendue_film::Film) -> Vec<u32> {
-    film.develop().iter().flatten().map(|x| x.to_bits()).collect()
-}
-
 /// A film of several tiles, more photons than one chunk, a wide filter, a crop.
 fn wide() -> Scene {
     let film = r#"<integer name="crop_offset_x" value="3"/><integer name="crop_offset_y" value="5"/>
@@ -355,7 +348,7 @@ fn threads_do_not_matter() {
     for stop in [Stop::Samples(2), Stop::Noise { percent: 1e-9, limit: 16 }] {
         let at = |threads: usize| {
             let (film, outcome) = render(&scene, &PhotonMap::default(), Job { stop, threads, ..samples(0) });
-            (bits(&film), outcome.books, outcome.noise.map(|n| n.rel_mse.to_bits()))
+            (bits(&film.develop()), outcome.books, outcome.noise.map(|n| n.rel_mse.to_bits()))
         };
         let once = at(1);
         for threads in [2, 5] {
@@ -364,85 +357,8 @@ fn threads_do_not_matter() {
     }
 }
 
-/// A photon map that asks for its own cancellation once so many tiles of a pass are done; with none done, among its photons.
-struct Interrupted<'a> {
-    run: (&'a CancelToken, &'a Progress),
-    at: Option<(u32, u64)>,
-}
-
-impl Solver for Interrupted<'_> {
-    type State = State;
-
-    fn needs(&self) -> Needs {
-        PhotonMap::default().needs()
-    }
-
-    fn units(&self, size: [u32; 2]) -> usize {
-        PhotonMap::default().units(size)
-    }
-
-    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> State {
-        PhotonMap::default().prepare(scene, run)
-    }
-
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) {
-        let (cancel, progress) = self.run;
-        let stop_now = || {
-            if self.at.is_some_and(|(pass, units)| k >= pass && progress.tiles.load(Relaxed) >= units) {
-                cancel.cancel();
-            }
-            (work.stop_now)()
-        };
-        PhotonMap::default().pass(scene, run, state, k, &Work { stop_now: &stop_now, ..*work });
-    }
-
-    fn books(&self, state: &State) -> Option<etendue_solvers::Balance> {
-        PhotonMap::default().books(state)
-    }
-}
-
-/// Stopped among the photons and among the pixels, resumed from bytes each time: the same picture and the same books.
+/// Stopped among the photons (no tile is done) and among the pixels.
 #[test]
 fn stopped_and_resumed_is_undisturbed() {
-    let scene = wide();
-    let pool = threads(2);
-    let session = |at: Option<(u32, u64)>, resume: Option<&[u8]>| {
-        let (cancel, progress) = (CancelToken::default(), Progress::default());
-        let last = Mutex::new(Vec::new());
-        let events = |event: Event<'_>| {
-            if let Event::Checkpoint(checkpoint) = event {
-                *last.lock().expect("unpoisoned") = checkpoint.to_bytes();
-            }
-        };
-        let run = Run {
-            view: 0,
-            seed: 3,
-            sequence: SequenceKind::Sobol,
-            stop: Stop::Samples(4),
-            rules: PathRules::default(),
-            digest: 9,
-            pool: &pool,
-            cancel: &cancel,
-            progress: &progress,
-            events: &events,
-            checkpoint_every: Some(Duration::from_secs(3600)),
-        };
-        let checkpoint = resume.map(|bytes| Checkpoint::from_bytes(bytes).expect("a checkpoint"));
-        let film = blank(&scene);
-        let solver = Interrupted { run: (&cancel, &progress), at };
-        let outcome = etendue_solvers::render(&solver, "test", &scene, &run, &film, checkpoint.as_ref()).expect("runs");
-        let bytes = last.lock().expect("unpoisoned").clone();
-        (bits(&film), outcome, bytes)
-    };
-    let (undisturbed, whole, _) = session(None, None);
-    let mut bytes = None;
-    for at in [(0, 3), (1, 0), (2, 5)] {
-        let (partial, stopped, saved) = session(Some(at), bytes.as_deref());
-        assert_eq!((stopped.stopped, stopped.passes), (Stopped::Cancelled, at.0));
-        assert!(partial != undisturbed);
-        bytes = Some(saved);
-    }
-    let (finished, end, _) = session(None, bytes.as_deref());
-    assert_eq!((end.stopped, end.passes, end.books), (Stopped::Samples, 4, whole.books));
-    assert!(finished == undisturbed);
+    leaves_no_trace(&wide(), &PhotonMap::default(), Stop::Samples(4), &[(0, 3), (1, 0), (2, 5)]);
 }

@@ -177,3 +177,29 @@ fn a_black_picture_says_why() {
         .good(&["render", "furnace", "-o", "a.exr", "--spp", "1", "--width", "8", "--solver", "direct", "--bounces", "7"])
         .says(&["black", "--bounces"]);
 }
+
+/// Photons of one pass are forgotten by the next.
+#[test]
+fn a_photon_map_takes_no_more_memory_for_more_passes() {
+    let bench = Bench::new();
+    let peak = |spp: &str| {
+        bench.good(&[
+            "render",
+            "--solver",
+            "photon-map",
+            "--width",
+            "48",
+            "--threads",
+            "2",
+            "--spp",
+            spp,
+            "-o",
+            "a.exr",
+            "--stats",
+            "a.json",
+        ]);
+        bench.json("a.json")["peak_memory_bytes"].as_f64().expect("a number")
+    };
+    let (few, many) = (peak("10"), peak("300"));
+    assert!(many <= 1.15 * few, "{few} bytes at 10 passes, {many} at 300");
+}

@@ -10,8 +10,8 @@
 //! goes on; light from all the others is what photons bring. Each direction belongs to one of the two, so nothing is counted twice, however glossy and
 //! rough lobes are mixed. Light that only photons can bring (points and single directions) is theirs in any case.
 //!
-//! The radius shrinks from pass to pass, and the mean of all passes tends to the truth: it is biased at any number of them. Memory is that of one
-//! pass, about 150 bytes a photon.
+//! The radius shrinks from pass to pass, and the mean of all passes tends to the truth: it is biased at any number of them, and what a noise target
+//! looks at is the noise without the bias. Memory is that of one pass, about 150 bytes a photon.
 //!
 //! | what | where |
 //! | --- | --- |

@@ -7,6 +7,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod checks;
+pub mod interrupted;
 pub mod worlds;
 
 use etendue_check::{MeanTest, Moments, Verdict, compare_means, family_wise, student_p, t_test};
@@ -152,6 +153,11 @@ pub fn render(scene: &Scene, solver: &impl Solver, job: Job) -> (Film, Outcome) 
 /// The picture.
 pub fn picture(scene: &Scene, solver: &impl Solver, job: Job) -> Picture {
     render(scene, solver, job).0.develop()
+}
+
+/// The bits of a picture's numbers.
+pub fn bits(picture: &Picture) -> Vec<u32> {
+    picture.iter().flatten().map(|x| x.to_bits()).collect()
 }
 
 /// K pictures of independent seeds, derived from the job's.

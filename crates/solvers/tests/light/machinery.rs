@@ -1,14 +1,9 @@
 //! The books, the oracle, threads, stopping and resuming.
 
 use super::*;
-use etendue_numerics::{Sampler, SequenceKind};
-use etendue_solvers::drivers::ParticleSolver;
+use common::interrupted::leaves_no_trace;
+use etendue_solvers::Stop;
 use etendue_solvers::oracle_light::LightOracle;
-use etendue_solvers::transport::{LightContext, Tally};
-use etendue_solvers::{CancelToken, Checkpoint, Event, Progress, Run, Stop, Stopped};
-use std::sync::Mutex;
-use std::sync::atomic::Ordering::Relaxed;
-use std::time::Duration;
 
 /// In a closed box what is emitted is absorbed; roulette and its survivors cancel.
 #[test]
@@ -56,10 +51,6 @@ fn the_oracle_agrees() {
     family.must_hold();
 }
 
-fn bits(film: &etendue_film::Film) -> Vec<u32> {
-    film.develop().iter().flatten().map(|x| x.to_bits()).collect()
-}
-
 /// Films of several chunks and bands, a wide filter, a crop: the same bits on any number of threads.
 #[test]
 fn threads_do_not_matter() {
@@ -70,7 +61,7 @@ fn threads_do_not_matter() {
         let at = |threads: usize| {
             let job = Job { stop, threads, ..samples(0) };
             let ((nee, a), (light, b)) = (render(&scene, &LightNee, job), render(&scene, &Light, job));
-            (bits(&nee), bits(&light), a.books, b.books, a.noise.map(|n| n.rel_mse.to_bits()))
+            (bits(&nee.develop()), bits(&light.develop()), a.books, b.books, a.noise.map(|n| n.rel_mse.to_bits()))
         };
         let once = at(1);
         for threads in [2, 5] {
@@ -79,71 +70,9 @@ fn threads_do_not_matter() {
     }
 }
 
-/// Light tracing that asks for its own cancellation in the middle of a pass.
-struct Interrupted<'a> {
-    run: (&'a CancelToken, &'a Progress),
-    at: Option<(u32, u64)>,
-}
-
-impl ParticleSolver for Interrupted<'_> {
-    fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
-        let (cancel, progress) = self.run;
-        if let Some((pass, units)) = self.at
-            && progress.passes.load(Relaxed) >= u64::from(pass)
-            && progress.tiles.load(Relaxed) >= units
-        {
-            cancel.cancel();
-        }
-        LightNee.shoot(c, u, tally);
-    }
-
-    fn reach(&self, max_edges: u32) -> u32 {
-        LightNee.reach(max_edges)
-    }
-}
-
-etendue_solvers::solve_by_particles!(Interrupted<'_>);
-
-/// Stopped within a pass and resumed from bytes, twice: the same picture and the same books.
+/// Stopped within a pass, twice.
 #[test]
 fn stopped_and_resumed_is_undisturbed() {
     let scene = room(&camera("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, [72, 60]), "");
-    let pool = threads(2);
-    let session = |at: Option<(u32, u64)>, resume: Option<&[u8]>| {
-        let (cancel, progress) = (CancelToken::default(), Progress::default());
-        let last = Mutex::new(Vec::new());
-        let events = |event: Event<'_>| {
-            if let Event::Checkpoint(checkpoint) = event {
-                *last.lock().expect("unpoisoned") = checkpoint.to_bytes();
-            }
-        };
-        let run = Run {
-            view: 0,
-            seed: 3,
-            sequence: SequenceKind::Sobol,
-            stop: Stop::Samples(4),
-            rules: PathRules::default(),
-            digest: 9,
-            pool: &pool,
-            cancel: &cancel,
-            progress: &progress,
-            events: &events,
-            checkpoint_every: Some(Duration::from_secs(3600)),
-        };
-        let checkpoint = resume.map(|bytes| Checkpoint::from_bytes(bytes).expect("a checkpoint"));
-        let film = blank(&scene);
-        let solver = Interrupted { run: (&cancel, &progress), at };
-        let outcome = etendue_solvers::render(&solver, "test", &scene, &run, &film, checkpoint.as_ref()).expect("runs");
-        let bytes = last.lock().expect("unpoisoned").clone();
-        (bits(&film), outcome, bytes)
-    };
-    let (undisturbed, whole, _) = session(None, None);
-    let (first, stopped, bytes) = session(Some((0, 2)), None);
-    assert_eq!((stopped.stopped, stopped.passes), (Stopped::Cancelled, 0));
-    assert!(first != undisturbed);
-    let (_, stopped, bytes) = session(Some((2, 1)), Some(&bytes));
-    assert_eq!((stopped.stopped, stopped.passes), (Stopped::Cancelled, 2));
-    let (finished, end, _) = session(None, Some(&bytes));
-    assert_eq!((end.stopped, end.passes, end.books), (Stopped::Samples, 4, whole.books));
-    assert!(finished == undisturbed);
+    leaves_no_trace(&scene, &LightNee, Stop::Samples(4), &[(0, 2), (2, 1)]);
 }
