@@ -7,8 +7,8 @@
 //! What makes such a loop: arrays of fixed size, a length that is a multiple of [`PAD`], choices between values instead of branches, no
 //! calls that are not inlined, f32 apart from f64.
 //!
-//! This module alone may use `unsafe` here, for one thing: calling a function that was compiled for instructions whose presence was asked
-//! for at run time.
+//! This module alone may use `unsafe` here, for two things: calling a function that was compiled for instructions whose presence was asked
+//! for at run time, and asking for memory ahead of its use ([`fetch`]).
 #![allow(unsafe_code)]
 
 /// Lanes are counted in multiples of this: what lies beyond the last one in use is computed and forgotten.
@@ -78,6 +78,20 @@ impl Width {
         }
         job.run()
     }
+}
+
+/// Asks for the memory of `x`, so that it is near by when it is looked at. Of many places that lie far apart, those that are asked for first
+/// arrive together; those that are looked at one after the other are waited for one after the other.
+#[inline(always)]
+pub fn fetch<T>(x: &T) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        // SAFETY: a prefetch reads nothing.
+        unsafe { _mm_prefetch::<_MM_HINT_T0>(std::ptr::from_ref(x).cast()) };
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = x;
 }
 
 /// Runs a loop at the greatest width that this machine has.

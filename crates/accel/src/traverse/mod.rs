@@ -11,6 +11,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod careful;
+mod order;
 #[cfg(target_arch = "x86_64")]
 mod packet;
 mod plain;
@@ -157,7 +158,7 @@ pub(crate) fn closest_each<S: CustomShapes>(
 ) {
     #[cfg(target_arch = "x86_64")]
     if packets_pay(accel) {
-        packet::by_kind(rays, |kind, these| {
+        order::by_kind(rays, packet::RAYS, |kind, these| {
             let Some(kind) = kind else {
                 these.iter().for_each(|i| found(*i as usize, closest(accel, &rays[*i as usize], shapes)));
                 return;
@@ -176,14 +177,16 @@ pub(crate) fn closest_each<S: CustomShapes>(
         });
         return;
     }
-    rays.iter().enumerate().for_each(|(i, ray)| found(i, closest(accel, ray, shapes)));
+    order::by_kind(rays, rays.len().max(1), |_, these| {
+        these.iter().for_each(|i| found(*i as usize, closest(accel, &rays[*i as usize], shapes)));
+    });
 }
 
 /// Whether each ray hits anything; `found` hears of those that do, in any order, by the ray's place.
 pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes: &S, mut found: impl FnMut(usize)) {
     #[cfg(target_arch = "x86_64")]
     if packets_pay(accel) {
-        packet::by_kind(rays, |kind, these| {
+        order::by_kind(rays, packet::RAYS, |kind, these| {
             let Some(kind) = kind else {
                 these.iter().map(|i| *i as usize).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(&mut found);
                 return;
@@ -199,7 +202,9 @@ pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes
         });
         return;
     }
-    (0..rays.len()).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(found);
+    order::by_kind(rays, rays.len().max(1), |_, these| {
+        these.iter().map(|i| *i as usize).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(&mut found);
+    });
 }
 
 /// Whether many rays are better cast in packets.

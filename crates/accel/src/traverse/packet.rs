@@ -9,7 +9,7 @@
 //! nearly zero) sends its rays the single way.
 
 use super::plain::TINY;
-use super::setup::{self, SLACK};
+use super::setup::SLACK;
 use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
 use arrayvec::ArrayVec as Stack;
 use etendue_numerics::Ray;
@@ -17,9 +17,6 @@ use std::arch::x86_64::*;
 
 /// Rays of a packet.
 pub(super) const RAYS: usize = 16;
-
-/// Directions that go together: octant × axis.
-const KINDS: usize = 24;
 
 /// A tree of more nodes is left to single rays.
 pub(super) const MOST_NODES: usize = 8;
@@ -38,38 +35,6 @@ pub(super) struct Found {
     pub hit: u16,
     /// Rays that must be cast singly.
     pub again: u16,
-}
-
-/// Hands over the places of the rays, up to sixteen of one kind at a time; rays that are not ordinary one by one, without a kind.
-pub(super) fn by_kind(rays: &[Ray], mut cast: impl FnMut(Option<usize>, &[u32])) {
-    let kind = |ray: &Ray| if setup::is_ordinary(ray) { kind(ray) } else { KINDS as u8 };
-    let kinds: Vec<u8> = rays.iter().map(kind).collect();
-    let mut starts = [0; KINDS + 2];
-    kinds.iter().for_each(|k| starts[*k as usize + 1] += 1);
-    for k in 0..=KINDS {
-        starts[k + 1] += starts[k];
-    }
-    let (mut order, mut next) = (vec![0; rays.len()], starts);
-    for (i, kind) in kinds.iter().enumerate() {
-        let place = &mut next[*kind as usize];
-        order[*place] = i as u32;
-        *place += 1;
-    }
-    for kind in 0..KINDS {
-        order[starts[kind]..starts[kind + 1]].chunks(RAYS).for_each(|these| cast(Some(kind), these));
-    }
-    order[starts[KINDS]..].chunks(1).for_each(|this| cast(None, this));
-}
-
-/// The octant and the largest axis of a direction: that of `setup::largest_axis`.
-#[inline(always)]
-fn kind(ray: &Ray) -> u8 {
-    const AXES: [u8; 8] = [2, 2, 2, 0, 1, 2, 1, 0];
-    let [x, y, z] = ray.d.to_array();
-    let (a, b, c) = (x.abs(), y.abs(), z.abs());
-    let axis = AXES[usize::from(a > b) | usize::from(a > c) << 1 | usize::from(b > c) << 2];
-    let signs = (x.to_bits() >> 31) | (y.to_bits() >> 31) << 1 | (z.to_bits() >> 31) << 2;
-    signs as u8 * 3 + axis
 }
 
 /// Sixteen rays of one kind, prepared.

@@ -2,6 +2,7 @@
 
 use super::place;
 use crate::math::ONE_MINUS_EPSILON;
+use crate::wide;
 
 /// Cells for each entry of the guide table: memory against a step or two of the search.
 const CELLS_PER_GUIDE: usize = 4;
@@ -75,6 +76,21 @@ impl Table1D {
     #[inline]
     pub fn probability(&self, i: usize) -> f32 {
         if i < self.len() { self.cdf[i + 1] - self.cdf[i] } else { 0.0 }
+    }
+
+    /// Asks for the memory that [`Table1D::sample_discrete`] looks at first.
+    #[inline]
+    pub(super) fn fetch_guide(&self, u: f32) {
+        let m = self.guide.len() - 1;
+        wide::fetch(&self.guide[((u * m as f32) as usize).min(m - 1)]);
+    }
+
+    /// Asks for the memory that it looks at next.
+    #[inline]
+    pub(super) fn fetch_cells(&self, u: f32) {
+        let m = self.guide.len() - 1;
+        let k = ((u * m as f32) as usize).min(m - 1);
+        wide::fetch(&self.cdf[(self.guide[k] as usize + self.guide[k + 1] as usize) / 2]);
     }
 
     /// Draws a cell: (i, Pᵢ, u stretched over the cell to a fresh uniform number in [0, 1)).

@@ -63,6 +63,21 @@ impl Table2D {
         (column, row, px * p, Vec2::new(ux, uy))
     }
 
+    /// [`Table2D::sample_discrete`] of many u, the same cells: what it looks up is asked for ahead, so that nobody waits for memory alone.
+    pub fn sample_discrete_each(&self, u: &[Vec2], cells: &mut Vec<(usize, usize, f32, Vec2)>) {
+        cells.clear();
+        cells.extend(u.iter().map(|u| {
+            let (row, p, uy) = self.marginal.sample_discrete(u.y);
+            self.rows[row].fetch_guide(u.x);
+            (0, row, p, Vec2::new(0.0, uy))
+        }));
+        cells.iter().zip(u).for_each(|((_, row, ..), u)| self.rows[*row].fetch_cells(u.x));
+        for ((column, row, p, rest), u) in cells.iter_mut().zip(u) {
+            let (found, px, ux) = self.rows[*row].sample_discrete(u.x);
+            (*column, *p, rest.x) = (found, px * *p, ux);
+        }
+    }
+
     /// The probability of the cell in `column` and `row`; 0 beyond the table.
     #[inline]
     pub fn probability(&self, column: usize, row: usize) -> f32 {

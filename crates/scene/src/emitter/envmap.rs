@@ -21,7 +21,7 @@
 //! | `to_world` | from the picture's coordinates (y up; the picture's left edge lies towards -z, its middle towards +z) | identity |
 
 use super::directional::{disk_density, from_infinity, outside, scene_sphere};
-use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, PositionPdf, scalar};
+use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightQuery, LightReference, LightSample, PositionPdf, scalar};
 use crate::scene::Scene;
 use crate::texture::Texels;
 use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
@@ -127,7 +127,11 @@ impl Environment {
         if cells.sum() <= 0.0 {
             return None;
         }
-        let (column, row, probability, rest) = cells.sample_discrete(u);
+        Some(self.point(cells.sample_discrete(u)))
+    }
+
+    /// The direction at the place `rest` of a cell, with its p_w and Le.
+    fn point(&self, (column, row, probability, rest): (usize, usize, f32, Vec2)) -> (Vec3, f32, Spectrum) {
         let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
         let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
         let cos = top + (bottom - top) * rest.y;
@@ -135,7 +139,43 @@ impl Environment {
         let (sin_phi, cos_phi) = sin_cos(phi);
         let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
         let y = (safe_acos(cos) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
-        Some((d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y)))))
+        (d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y))))
+    }
+
+    /// [`Light::sample`] for many points: what is looked up is asked for ahead.
+    pub(super) fn sample_each(&self, scene: &Scene, id: LightId, queries: &[LightQuery], mut found: impl FnMut(usize, Option<LightSample>)) {
+        let Some(first) = queries.first() else { return };
+        let cells = self.sampled(&first.from);
+        if cells.sum() <= 0.0 || queries.iter().any(|query| query.from.shared != first.from.shared) {
+            for (i, query) in queries.iter().enumerate() {
+                found(i, self.sample(scene, &query.from, id, query.u, &Wavelengths::Rgb));
+            }
+            return;
+        }
+        let u: Vec<Vec2> = queries.iter().map(|query| query.u).collect();
+        let mut drawn = Vec::new();
+        cells.sample_discrete_each(&u, &mut drawn);
+        for (column, row, ..) in &drawn {
+            self.texels.fetch(*column, (*row).min(self.texels.height() - 1));
+            self.texels.fetch(*column, (row + 1).min(self.texels.height() - 1));
+        }
+        for (i, (cell, query)) in drawn.iter().zip(queries).enumerate() {
+            found(i, Some(self.light_sample(scene, &query.from, id, self.point(*cell))));
+        }
+    }
+
+    fn light_sample(&self, scene: &Scene, from: &LightReference, id: LightId, (local, pdf_w, le): (Vec3, f32, Spectrum)) -> LightSample {
+        let wi = self.axes.to_world(local);
+        LightSample {
+            wi,
+            p: outside(scene, from.p, wi),
+            distance: f32::INFINITY,
+            le,
+            pdf: Pdf::SolidAngle(pdf_w),
+            emitter: id.emitter,
+            primitive: 0,
+            n: Vec3::ZERO,
+        }
     }
 }
 
@@ -161,18 +201,7 @@ impl Light for Environment {
     }
 
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
-        let (local, pdf_w, le) = self.sample_local(self.sampled(from), u)?;
-        let wi = self.axes.to_world(local);
-        Some(LightSample {
-            wi,
-            p: outside(scene, from.p, wi),
-            distance: f32::INFINITY,
-            le,
-            pdf: Pdf::SolidAngle(pdf_w),
-            emitter: id.emitter,
-            primitive: 0,
-            n: Vec3::ZERO,
-        })
+        Some(self.light_sample(scene, from, id, self.sample_local(self.sampled(from), u)?))
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {

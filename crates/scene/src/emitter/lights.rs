@@ -11,9 +11,9 @@
 //!
 //! For light that sets out, primitives are chosen with probability ∝ Φ.
 
-use super::record::{EmissionPdf, EmissionSample, LightId, LightReference, LightSample};
+use super::record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample};
 use super::tree::LightTree;
-use super::{Extent, Light, LightBounds, scalar};
+use super::{Extent, Light, LightBounds, Model, scalar};
 use crate::ids::EmitterId;
 use crate::interaction::Interaction;
 use crate::scene::Scene;
@@ -184,6 +184,18 @@ impl Lights {
         match self.alone {
             Some(id) => scene.emitter(id.emitter).model.sample(scene, from, id, u, wl),
             None => self.sample_one_of(scene, from, u_light, u, wl),
+        }
+    }
+
+    /// [`Lights::sample`] of many queries; `found` hears of them in their order.
+    pub fn sample_each(&self, scene: &Scene, queries: &[LightQuery], wl: &Wavelengths, mut found: impl FnMut(usize, Option<LightSample>)) {
+        if let Some(id) = self.alone
+            && let Model::Environment(sky) = &scene.emitter(id.emitter).model
+        {
+            return sky.sample_each(scene, id, queries, found);
+        }
+        for (i, query) in queries.iter().enumerate() {
+            found(i, self.sample(scene, &query.from, query.u_light, query.u, wl));
         }
     }
 

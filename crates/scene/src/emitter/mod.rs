@@ -36,7 +36,7 @@ pub use lights::Lights;
 pub use lone::{Lone, LonePoint};
 pub use point::Point;
 pub use projector::Projector;
-pub use record::{EmissionPdf, EmissionSample, LightId, LightReference, LightSample, PositionPdf};
+pub use record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample, PositionPdf};
 pub use spot::Spot;
 
 use crate::interaction::Interaction;

@@ -2,7 +2,7 @@
 
 use crate::ids::EmitterId;
 use crate::interaction::Interaction;
-use etendue_numerics::{Pdf, Ray, Spectrum, Vec3};
+use etendue_numerics::{Pdf, Ray, Spectrum, Vec2, Vec3};
 
 /// A part of an emitter that the light sampler may choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -47,6 +47,17 @@ impl From<&Interaction> for LightReference {
     fn from(x: &Interaction) -> Self {
         Self { p: x.p, n: x.shading.n, one_sided: false, shared: false }
     }
+}
+
+/// A light sample asked for: where, which light and which point on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightQuery {
+    /// Where.
+    pub from: LightReference,
+    /// Which light.
+    pub u_light: f32,
+    /// Where on it.
+    pub u: Vec2,
 }
 
 /// Light that arrives at a [`LightReference`]: contribution = f |cosθ| `le` / `pdf.value()`, where nothing stands between.

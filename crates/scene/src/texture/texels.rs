@@ -10,7 +10,7 @@
 //! themselves divided by their maximum where a picture is `raw`.
 
 use etendue_image::{Depth, Image, Primaries, Transfer};
-use etendue_numerics::Spectrum;
+use etendue_numerics::{Spectrum, wide};
 
 /// Texels, row by row from the top.
 #[derive(Clone, Debug)]
@@ -106,6 +106,17 @@ impl Texels {
             Data::Bytes(d, light) => at.map(|i| self.decode(d, i, |v| light[usize::from(v)])),
             Data::Halves(d) => at.map(|i| self.decode(d, i, from_half)),
             Data::Floats(d) => at.map(|i| self.decode(d, i, |v| v)),
+        }
+    }
+
+    /// Asks for the memory of a texel within the picture.
+    #[inline]
+    pub(crate) fn fetch(&self, x: usize, y: usize) {
+        let i = (y * self.width + x) * if self.grey { 1 } else { 3 };
+        match &self.data {
+            Data::Bytes(d, _) => wide::fetch(&d[i]),
+            Data::Halves(d) => wide::fetch(&d[i]),
+            Data::Floats(d) => wide::fetch(&d[i]),
         }
     }
 

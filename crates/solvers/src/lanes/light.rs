@@ -3,20 +3,19 @@
 use super::vertices::Vertices;
 use crate::transport::Context;
 use etendue_numerics::{Vec2, Wavelengths, wide};
-use etendue_scene::Lone;
+use etendue_scene::{LightQuery, Lone};
 
 /// Chooses a light point for each vertex.
 pub(super) fn sample(c: &Context<'_>, v: &mut Vertices, lone: Option<&Lone>) {
     if let Some(lamp) = lone {
         wide::widest(OfLamp { v, lamp });
     }
-    for i in 0..v.count() {
-        if lone.is_none_or(|lamp| lamp.is_near(v.p.get(i))) {
-            let u = Vec2::new(v.u_point[0][i], v.u_point[1][i]);
-            let sample = c.scene.sample_light(&v.from(i), v.u_light[i], u, &Wavelengths::Rgb);
-            v.set_light(i, sample.as_ref());
-        }
-    }
+    // Those that stand near the lamp, or all.
+    let asks = |i: &usize| lone.is_none_or(|lamp| lamp.is_near(v.p.get(*i)));
+    let lanes: Vec<usize> = (0..v.count()).filter(asks).collect();
+    let query = |i: &usize| LightQuery { from: v.from(*i), u_light: v.u_light[*i], u: Vec2::new(v.u_point[0][*i], v.u_point[1][*i]) };
+    let queries: Vec<LightQuery> = lanes.iter().map(query).collect();
+    c.scene.lights.sample_each(c.scene, &queries, &Wavelengths::Rgb, |k, sample| v.set_light(lanes[k], sample.as_ref()));
 }
 
 struct OfLamp<'a> {
