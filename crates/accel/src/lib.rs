@@ -126,6 +126,8 @@ pub struct Stats {
 #[derive(Clone, Debug)]
 pub struct Accel {
     tree: Tree,
+    /// The same for packets of rays, where they pay.
+    small: Option<Tree>,
     owners: Owners,
     geometries: Vec<u32>,
     others: Vec<Other>,
@@ -154,7 +156,7 @@ impl Accel {
     }
 
     /// What is hit, by name.
-    #[inline]
+    #[inline(always)]
     fn hit(&self, nearest: &Nearest) -> Hit {
         let (owner, instance) = match self.others.get(nearest.instance as usize) {
             Some(Other::Instance(i)) => (&*self.children[i.tree as usize], i.id),
@@ -199,7 +201,7 @@ impl Accel {
     }
 
     /// Geometry and primitive of a flat item number.
-    #[inline]
+    #[inline(always)]
     fn name(&self, item: u32, primitive: u32) -> (u32, u32) {
         match self.owners.locate(item) {
             Some((mesh, primitive)) => (self.geometries[mesh as usize], primitive),

@@ -140,6 +140,17 @@ impl Sampler {
         }
     }
 
+    /// [`Sampler::u1`] of many samplers, the same bits.
+    pub fn u1_each<const N: usize>(samplers: &[Self], dim: Dim, x: &mut [f32; N]) {
+        if samplers.iter().all(|s| s.kind == SequenceKind::Sobol) {
+            // The first coordinate of the point.
+            return Self::u2_each(samplers, dim, x, &mut [0.0; N]);
+        }
+        for (s, x) in samplers.iter().zip(x) {
+            *x = s.u1(dim);
+        }
+    }
+
     #[inline]
     fn independent(&self, dim: Dim) -> Vec2 {
         let bits = mix(self.key ^ mix(u64::from(self.sample) << 32 | u64::from(dim.0)));

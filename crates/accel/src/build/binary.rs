@@ -4,7 +4,7 @@
 //! works on slices of its own (references with their spare places, nodes), so nothing is shared between threads and the tree
 //! is the same at any number of them.
 
-use crate::build::collapse::{self, Costs};
+use crate::build::collapse::{self, Costs, Prices};
 use crate::build::reference::{Items, Reference};
 use crate::build::spatial::spatial_split;
 use crate::build::split::{Extent, SWEEP, object_split, partition, sweep_split};
@@ -57,6 +57,7 @@ pub(crate) struct Context<'a> {
     pub items: &'a Items<'a>,
     pub root_area: f32,
     pub spatial: bool,
+    pub prices: Prices,
     pub done: AtomicUsize,
     pub total: usize,
     pub progress: &'a (dyn Fn(f32) + Sync),
@@ -93,7 +94,7 @@ fn subtree(part: Part, extent: Extent, depth: u32, context: &Context) -> Costs {
     if count == 1 {
         nodes[0].link = LEAF | first_reference as u32;
         let is_triangle = references[0].item() < context.items.triangles();
-        return collapse::leaf(nodes[0].half_area(), is_triangle);
+        return collapse::leaf(nodes[0].half_area(), is_triangle, context.prices);
     }
 
     let Parted { lefts, room, rights, l, r } = part_in_two(references, count, &extent, depth, context);
@@ -127,7 +128,7 @@ fn subtree(part: Part, extent: Extent, depth: u32, context: &Context) -> Costs {
     } else {
         (subtree(left, l, depth + 1, context), subtree(right, r, depth + 1, context))
     };
-    let (costs, decisions) = collapse::inner(node[0].half_area(), &a, &b);
+    let (costs, decisions) = collapse::inner(node[0].half_area(), &a, &b, context.prices);
     node[0].decisions = decisions;
     costs
 }

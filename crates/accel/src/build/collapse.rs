@@ -3,18 +3,31 @@
 //! C(n, i) is the least cost of subtree n as at most i children of some wide node:
 //!
 //! ```text
-//! C(n, 1) = min( A_n (LEAF + TRIANGLE · triangles), A_n NODE + min_k C(left, k) + C(right, 8 - k) )
+//! C(n, 1) = min( A_n (leaf + triangle · triangles), A_n NODE + min_k C(left, k) + C(right, 8 - k) )
 //! C(n, i) = min( C(n, i - 1), min_k C(left, k) + C(right, i - k) )        i = 2 … 7
 //! ```
 //!
-//! with A_n half the surface of n's box. The constants are measured, in units of one node visited.
+//! with A_n half the surface of n's box. The prices are measured, in units of one node visited.
 
 /// Visiting a wide node.
 const NODE: f32 = 1.0;
-/// Visiting a leaf, whatever it holds.
-const LEAF: f32 = 0.8;
-/// For each triangle in it.
-const TRIANGLE: f32 = 0.05;
+
+/// What leaves cost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Prices {
+    /// Visiting one, whatever it holds.
+    pub leaf: f32,
+    /// For each triangle in it.
+    pub triangle: f32,
+}
+
+impl Prices {
+    /// A ray meets eight triangles at a time.
+    pub const SINGLE: Self = Self { leaf: 0.8, triangle: 0.05 };
+    /// Sixteen rays meet a triangle at a time.
+    pub const PACKET: Self = Self { leaf: 0.1, triangle: 0.35 };
+}
+
 /// A custom shape or an instance: always a leaf of its own.
 const OTHER: f32 = 3.0;
 
@@ -30,12 +43,13 @@ pub(crate) struct Costs {
 }
 
 /// A subtree of one reference.
-pub(crate) fn leaf(area: f32, is_triangle: bool) -> Costs {
-    Costs { cost: [area * if is_triangle { LEAF + TRIANGLE } else { OTHER }; 7], references: 1, only_triangles: is_triangle }
+pub(crate) fn leaf(area: f32, is_triangle: bool, prices: Prices) -> Costs {
+    let cost = if is_triangle { prices.leaf + prices.triangle } else { OTHER };
+    Costs { cost: [area * cost; 7], references: 1, only_triangles: is_triangle }
 }
 
 /// A subtree of two, with its decisions: four bits for each i; 0 means "a leaf" (i = 1) or "as with i - 1", k that k children are the left's.
-pub(crate) fn inner(area: f32, left: &Costs, right: &Costs) -> (Costs, u32) {
+pub(crate) fn inner(area: f32, left: &Costs, right: &Costs, prices: Prices) -> (Costs, u32) {
     let distribute = |slots: usize| {
         let mut best = (f32::INFINITY, 1);
         for k in slots.saturating_sub(7).max(1)..=(slots - 1).min(7) {
@@ -51,7 +65,7 @@ pub(crate) fn inner(area: f32, left: &Costs, right: &Costs) -> (Costs, u32) {
     let mut cost = [0.0; 7];
     let (children, k) = distribute(8);
     let as_node = area * NODE + children;
-    let as_leaf = area * (LEAF + TRIANGLE * references as f32);
+    let as_leaf = area * (prices.leaf + prices.triangle * references as f32);
     let is_leaf = only_triangles && references <= LEAF_SIZE && as_leaf <= as_node;
     let mut decisions = if is_leaf { 0 } else { k as u32 };
     cost[0] = if is_leaf { as_leaf } else { as_node };

@@ -16,9 +16,10 @@ mod tests;
 
 use crate::instance::{self, Instance, Other};
 use crate::layout::{Child, Tree};
-use crate::traverse::Path;
+use crate::traverse::{MOST_NODES_OF_PACKETS, Path};
 use crate::{Accel, Stats};
 use binary::{BinaryNode, Context};
+use collapse::Prices;
 use etendue_numerics::{Bounds3, Transform};
 use glam::Vec3;
 use rayon::prelude::*;
@@ -37,6 +38,9 @@ pub struct TriangleMesh<'a> {
     /// What hits tell as their geometry.
     pub geometry: u32,
 }
+
+/// Up to this many triangles are put into a second tree, which many rays go through in packets.
+const SMALL: usize = 128;
 
 /// How to build.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +97,36 @@ pub struct Builder<'a> {
     bounds: Vec<Bounds3>,
     children: Vec<Arc<Accel>>,
     error: Option<BuildError>,
+}
+
+/// A tree of `references` with room for `spare` duplicates, its bounds and its cost.
+fn tree(
+    mut references: Vec<Reference>,
+    spare: usize,
+    items: &Items,
+    prices: Prices,
+    progress: &(dyn Fn(f32) + Sync),
+) -> (Tree, Bounds3, f32) {
+    let count = references.len();
+    if count == 0 {
+        return (Tree::EMPTY, Bounds3::EMPTY, 0.0);
+    }
+    references.resize(count + spare, Reference::NONE);
+    let mut nodes = vec![BinaryNode::NONE; 2 * references.len() - 1];
+    let extent = split::Extent::of(&references[..count]);
+    let context = Context {
+        items,
+        root_area: extent.bounds.half_area(),
+        spatial: spare > 0,
+        prices,
+        done: AtomicUsize::new(0),
+        total: count,
+        progress,
+    };
+    let costs = binary::build(&mut references, count, &mut nodes, extent, 0, &context);
+    let bounds = instance::bounds((nodes[0].lo, nodes[0].hi));
+    let cost = if nodes[0].half_area() > 0.0 { costs.cost[0] / nodes[0].half_area() } else { 0.0 };
+    (emit::emit(&nodes, &references, items), bounds, cost)
 }
 
 impl<'a> Builder<'a> {
@@ -153,31 +187,16 @@ impl<'a> Builder<'a> {
         let owners = Owners::new(self.meshes.iter().map(|m| m.indices.len() as u32));
         let items = Items { meshes: &self.meshes, owners };
 
-        let mut references = self.references(&items);
+        let references = self.references(&items);
         let count = references.len();
         let triangles = count - self.others.len().min(count);
         let spare = (count as f64 * f64::from(options.duplicates.clamp(0.0, 4.0))) as usize;
         let spare = if triangles == 0 { 0 } else { spare.min(limit - count) };
-        references.resize(count + spare, Reference::NONE);
-
-        let mut bounds = Bounds3::EMPTY;
-        let (mut tree, mut cost) = (Tree::EMPTY, 0.0);
-        if count > 0 {
-            let mut nodes = vec![BinaryNode::NONE; 2 * references.len() - 1];
-            let extent = split::Extent::of(&references[..count]);
-            let context = Context {
-                items: &items,
-                root_area: extent.bounds.half_area(),
-                spatial: spare > 0,
-                done: AtomicUsize::new(0),
-                total: count,
-                progress,
-            };
-            let costs = binary::build(&mut references, count, &mut nodes, extent, 0, &context);
-            bounds = instance::bounds((nodes[0].lo, nodes[0].hi));
-            cost = if nodes[0].half_area() > 0.0 { costs.cost[0] / nodes[0].half_area() } else { 0.0 };
-            tree = emit::emit(&nodes, &references, &items);
-        }
+        let path = options.path.filter(|p| p.is_available()).unwrap_or_else(Path::best);
+        let small = (path.has_packets() && self.others.is_empty() && (1..=SMALL).contains(&count))
+            .then(|| tree(references.clone(), 0, &items, Prices::PACKET, &|_| {}).0)
+            .filter(|tree| tree.nodes.len() <= MOST_NODES_OF_PACKETS);
+        let (tree, bounds, cost) = tree(references, spare, &items, Prices::SINGLE, progress);
         progress(1.0);
 
         let stats = Stats {
@@ -186,15 +205,18 @@ impl<'a> Builder<'a> {
             nodes: tree.nodes.len(),
             leaves: tree.leaves(),
             references: tree.items.len(),
-            bytes: tree.bytes() + items.owners.bytes() + self.others.len() * size_of::<Other>(),
+            bytes: tree.bytes()
+                + small.as_ref().map_or(0, Tree::bytes)
+                + items.owners.bytes()
+                + self.others.len() * size_of::<Other>(),
             sah_cost: cost,
             build_seconds: start.elapsed().as_secs_f64(),
         };
-        let path = options.path.filter(|p| p.is_available()).unwrap_or_else(Path::best);
         Ok(Accel {
             ordinary: instance::extent(&bounds) <= crate::traverse::ORDINARY,
             outline: tree.outline(bounds),
             tree,
+            small,
             owners: items.owners,
             geometries: self.meshes.iter().map(|m| m.geometry).collect(),
             others: self.others.clone(),

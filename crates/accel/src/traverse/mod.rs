@@ -27,6 +27,9 @@ use stack::Stack;
 
 pub(crate) use setup::ORDINARY;
 
+/// Trees for packets of rays have no more nodes: their stack counts on it.
+pub(crate) const MOST_NODES_OF_PACKETS: usize = 32;
+
 /// More entries than this never wait: each level of the tree leaves at most seven siblings behind.
 const STACK: usize = (WIDTH - 1) * MAX_DEPTH + 1;
 
@@ -110,6 +113,11 @@ impl Path {
         [Self::Avx512, Self::Avx2].into_iter().find(|path| path.is_available()).unwrap_or(Self::Plain)
     }
 
+    /// Whether many rays through a small tree go in packets.
+    pub(crate) fn has_packets(self) -> bool {
+        self == Self::Avx512
+    }
+
     /// Whether this machine can run it.
     pub fn is_available(self) -> bool {
         match self {
@@ -157,14 +165,14 @@ pub(crate) fn closest_each<S: CustomShapes>(
     mut found: impl FnMut(usize, Option<Nearest>),
 ) {
     #[cfg(target_arch = "x86_64")]
-    if packets_pay(accel) {
+    if let Some(tree) = for_packets(accel) {
         order::by_kind(rays, packet::RAYS, |kind, these| {
             let Some(kind) = kind else {
                 these.iter().for_each(|i| found(*i as usize, closest(accel, &rays[*i as usize], shapes)));
                 return;
             };
             // SAFETY: the path tells that the instructions are there.
-            let packet = unsafe { packet::closest(&accel.tree, kind, these.iter().map(|i| &rays[*i as usize])) };
+            let packet = unsafe { packet::closest(tree, kind, these.iter().map(|i| &rays[*i as usize])) };
             for (lane, i) in these.iter().enumerate() {
                 let i = *i as usize;
                 if packet.again >> lane & 1 != 0 {
@@ -185,14 +193,14 @@ pub(crate) fn closest_each<S: CustomShapes>(
 /// Whether each ray hits anything; `found` hears of those that do, in any order, by the ray's place.
 pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes: &S, mut found: impl FnMut(usize)) {
     #[cfg(target_arch = "x86_64")]
-    if packets_pay(accel) {
+    if let Some(tree) = for_packets(accel) {
         order::by_kind(rays, packet::RAYS, |kind, these| {
             let Some(kind) = kind else {
                 these.iter().map(|i| *i as usize).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(&mut found);
                 return;
             };
             // SAFETY: the path tells that the instructions are there.
-            let (hit, again) = unsafe { packet::occluded(&accel.tree, kind, these.iter().map(|i| &rays[*i as usize])) };
+            let (hit, again) = unsafe { packet::occluded(tree, kind, these.iter().map(|i| &rays[*i as usize])) };
             for (lane, i) in these.iter().enumerate() {
                 let i = *i as usize;
                 if hit >> lane & 1 != 0 || again >> lane & 1 != 0 && occluded(accel, &rays[i], shapes) {
@@ -207,10 +215,10 @@ pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes
     });
 }
 
-/// Whether many rays are better cast in packets.
+/// The tree that many rays are cast through in packets.
 #[cfg(target_arch = "x86_64")]
-fn packets_pay(accel: &Accel) -> bool {
-    accel.path == Path::Avx512 && accel.ordinary && accel.others.is_empty() && accel.tree.nodes.len() <= packet::MOST_NODES
+fn for_packets(accel: &Accel) -> Option<&Tree> {
+    accel.small.as_ref().filter(|_| accel.path.has_packets() && accel.ordinary)
 }
 
 #[inline(always)]

@@ -8,6 +8,7 @@
 //! The operations are those of [`super::plain`], in its order: the same hits, bit for bit. A triangle that asks for a closer look (a sum of
 //! nearly zero) sends its rays the single way.
 
+use super::MOST_NODES_OF_PACKETS;
 use super::plain::TINY;
 use super::setup::SLACK;
 use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
@@ -18,11 +19,8 @@ use std::arch::x86_64::*;
 /// Rays of a packet.
 pub(super) const RAYS: usize = 16;
 
-/// A tree of more nodes is left to single rays.
-pub(super) const MOST_NODES: usize = 8;
-
 /// Entries that may wait: each of the few nodes leaves at most all its children.
-const STACK: usize = MOST_NODES * WIDTH;
+const STACK: usize = MOST_NODES_OF_PACKETS * WIDTH;
 
 /// What each ray of a packet met.
 #[derive(Clone, Copy, Debug)]

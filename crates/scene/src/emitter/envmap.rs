@@ -143,7 +143,13 @@ impl Environment {
     }
 
     /// [`Light::sample`] for many points: what is looked up is asked for ahead.
-    pub(super) fn sample_each(&self, scene: &Scene, id: LightId, queries: &[LightQuery], mut found: impl FnMut(usize, Option<LightSample>)) {
+    pub(super) fn sample_each(
+        &self,
+        scene: &Scene,
+        id: LightId,
+        queries: &[LightQuery],
+        mut found: impl FnMut(usize, Option<LightSample>),
+    ) {
         let Some(first) = queries.first() else { return };
         let cells = self.sampled(&first.from);
         if cells.sum() <= 0.0 || queries.iter().any(|query| query.from.shared != first.from.shared) {
@@ -164,7 +170,13 @@ impl Environment {
         }
     }
 
-    fn light_sample(&self, scene: &Scene, from: &LightReference, id: LightId, (local, pdf_w, le): (Vec3, f32, Spectrum)) -> LightSample {
+    fn light_sample(
+        &self,
+        scene: &Scene,
+        from: &LightReference,
+        id: LightId,
+        (local, pdf_w, le): (Vec3, f32, Spectrum),
+    ) -> LightSample {
         let wi = self.axes.to_world(local);
         LightSample {
             wi,

@@ -188,7 +188,13 @@ impl Lights {
     }
 
     /// [`Lights::sample`] of many queries; `found` hears of them in their order.
-    pub fn sample_each(&self, scene: &Scene, queries: &[LightQuery], wl: &Wavelengths, mut found: impl FnMut(usize, Option<LightSample>)) {
+    pub fn sample_each(
+        &self,
+        scene: &Scene,
+        queries: &[LightQuery],
+        wl: &Wavelengths,
+        mut found: impl FnMut(usize, Option<LightSample>),
+    ) {
         if let Some(id) = self.alone
             && let Model::Environment(sky) = &scene.emitter(id.emitter).model
         {

@@ -82,9 +82,9 @@ impl Mesh {
         self
     }
 
-    /// Normal and error bound of a triangle: see [`Face`].
+    /// Unit normal of a triangle, and the part of its points' error bound that is the same all over; below zero where vertex normals bend the surface.
     #[inline(always)]
-    pub(super) fn face(&self, triangle: u32) -> (Vec3, f32) {
+    pub fn face(&self, triangle: u32) -> (Vec3, f32) {
         let Face { n, error } = self.faces[triangle as usize];
         (n, error)
     }
@@ -142,8 +142,17 @@ impl Mesh {
         if self.flip_normals {
             (n, ns) = (-n, -ns);
         }
-        let uv = if self.uvs.is_empty() { bary } else { interpolate(&self.uvs, index, b) };
+        let uv = self.uv(triangle, bary);
         SurfacePoint { p, p_error, n, ns, uv, primitive: self.primitive(triangle), bary, pdf_a: 0.0 }
+    }
+
+    /// Texture coordinates at barycentrics of a triangle.
+    #[inline(always)]
+    pub fn uv(&self, triangle: u32, bary: Vec2) -> Vec2 {
+        if self.uvs.is_empty() {
+            return bary;
+        }
+        interpolate(&self.uvs, self.indices[triangle as usize], [1.0 - bary.x - bary.y, bary.x, bary.y])
     }
 
     /// ∂p/∂u and ∂p/∂v of a triangle; any tangents where its texture coordinates do not span the plane.

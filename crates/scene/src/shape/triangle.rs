@@ -70,12 +70,6 @@ fn unit_or(v: Vec3, otherwise: Vec3) -> Vec3 {
 }
 
 impl Triangle {
-    /// Texture coordinates at barycentrics (b1, b2).
-    #[inline(always)]
-    pub fn uv(&self, bary: Vec2) -> Vec2 {
-        if self.has_uv { interpolate(&self.uvs, [1.0 - bary.x - bary.y, bary.x, bary.y]) } else { bary }
-    }
-
     /// The point at barycentrics (b1, b2).
     #[inline(always)]
     pub fn surface(&self, bary: Vec2) -> SurfaceFrame {

@@ -7,7 +7,7 @@ use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, t
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
 use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths, wide};
-use etendue_scene::{FilmSettings, Scene, SurfaceId};
+use etendue_scene::{FilmSettings, Scene, Sensor, SurfaceId};
 use std::ops::Range;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -190,14 +190,15 @@ fn fill(
     crowd.clear();
     let pixels: Vec<_> = todo().flat_map(|index| tiling.pixels(index)).collect();
     let [offset_x, offset_y] = view.film.crop_offset;
-    let [within_x, within_y] = &mut [[0.0; wide::PAD * 16]; 2];
+    let [within_x, within_y, time] = &mut [[0.0; wide::PAD * 16]; 3];
     for some in pixels.chunks(within_x.len()) {
         let samplers: Vec<_> = some.iter().map(|[x, y]| plan.sampler(run, x + offset_x, y + offset_y)).collect();
         Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
+        Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
         for (i, (pixel, u)) in some.iter().zip(samplers).enumerate() {
-            let (position, eye) = camera_ray_at(c, run, &view.film, *pixel, Vec2::new(within_x[i], within_y[i]), &u);
+            let (position, on_film) = place(&view.film, *pixel, Vec2::new(within_x[i], within_y[i]));
             positions.push(position);
-            crowd.push(eye, u);
+            crowd.push(eye_walk_at(c, run.view, on_film, lens(&view.sensor, &u), time[i]), u);
         }
     }
     let mut rays = 0;
@@ -228,34 +229,38 @@ fn fill(
 
 /// A walk about to leave the eye through pixel [x, y] of the picture, and its position there.
 #[inline]
-pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x, y]: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
-    camera_ray_at(c, run, film, [x, y], u.u2(Dim::at(0, slot::PIXEL)), u)
+pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, pixel: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
+    let (position, on_film) = place(film, pixel, u.u2(Dim::at(0, slot::PIXEL)));
+    (position, eye_walk(c, run.view, on_film, u))
 }
 
-/// [`camera_ray`] through the place `within` the pixel.
+/// A place `within` a pixel: in the picture, and on the full film.
 #[inline]
-fn camera_ray_at(
-    c: &Context<'_>,
-    run: &Run<'_>,
-    film: &FilmSettings,
-    [x, y]: [u32; 2],
-    within: Vec2,
-    u: &Sampler,
-) -> (Vec2, PathState) {
+fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
     // Far from zero the sum may round up to the next pixel: this one would go without, and stay black with a single sample.
     let below = |n: u32| (n as f32 + 1.0).next_down();
     let position = (Vec2::new(x as f32, y as f32) + within).min(Vec2::new(below(x), below(y)));
     // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
-    let on_film = Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within;
-    (position, eye_walk(c, run.view, on_film, u))
+    (position, Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within)
 }
 
 /// A walk about to leave the eye through a place of the full film, in pixels.
 #[inline]
 pub(crate) fn eye_walk(c: &Context<'_>, view: usize, on_film: Vec2, u: &impl Numbers) -> PathState {
-    let sensor = &c.scene.views[view].sensor;
-    let lens = if sensor.has_lens() { u.u2(Dim::at(0, slot::LENS)) } else { Vec2::ZERO };
-    let ray = sensor.sample_ray(on_film, lens, u.u1(Dim::at(0, slot::TIME)));
+    let lens = lens(&c.scene.views[view].sensor, u);
+    eye_walk_at(c, view, on_film, lens, u.u1(Dim::at(0, slot::TIME)))
+}
+
+/// The numbers that pick a point on the lens; not drawn where there is none.
+#[inline]
+fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
+    if sensor.has_lens() { u.u2(Dim::at(0, slot::LENS)) } else { Vec2::ZERO }
+}
+
+/// [`eye_walk`] through a point of the lens, at a time.
+#[inline]
+fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32) -> PathState {
+    let ray = c.scene.views[view].sensor.sample_ray(on_film, lens, time);
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
     PathState::start(seen, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb)
 }

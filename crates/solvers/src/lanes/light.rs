@@ -13,7 +13,8 @@ pub(super) fn sample(c: &Context<'_>, v: &mut Vertices, lone: Option<&Lone>) {
     // Those that stand near the lamp, or all.
     let asks = |i: &usize| lone.is_none_or(|lamp| lamp.is_near(v.p.get(*i)));
     let lanes: Vec<usize> = (0..v.count()).filter(asks).collect();
-    let query = |i: &usize| LightQuery { from: v.from(*i), u_light: v.u_light[*i], u: Vec2::new(v.u_point[0][*i], v.u_point[1][*i]) };
+    let query =
+        |i: &usize| LightQuery { from: v.from(*i), u_light: v.u_light[*i], u: Vec2::new(v.u_point[0][*i], v.u_point[1][*i]) };
     let queries: Vec<LightQuery> = lanes.iter().map(query).collect();
     c.scene.lights.sample_each(c.scene, &queries, &Wavelengths::Rgb, |k, sample| v.set_light(lanes[k], sample.as_ref()));
 }

@@ -88,10 +88,10 @@ fn gather(
     }
     let at = |uv, primitive, bary| TextureContext { scene: c.scene, uv, surface: SurfaceId(hit.geometry), primitive, bary };
     if let Some(mesh) = surface.shape.mesh().filter(|_| hit.instance == NO_INSTANCE) {
-        let (triangle, bary) = (mesh.triangle(hit.primitive), Vec2::new(hit.u, hit.v));
-        let rho = reflectance(rho, || at(triangle.uv(bary), mesh.primitive(hit.primitive), bary));
+        let bary = Vec2::new(hit.u, hit.v);
+        let rho = reflectance(rho, || at(mesh.uv(hit.primitive, bary), mesh.primitive(hit.primitive), bary));
         v.push(i, walk, u, rho, two_sided);
-        v.place_on(&triangle, bary);
+        v.place_on(mesh, hit.primitive, bary);
     } else {
         let x = c.scene.interaction(&walk.ray, hit);
         v.push(i, walk, u, reflectance(rho, || at(x.uv, x.primitive, x.bary)), two_sided);
@@ -120,9 +120,7 @@ fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertice
 
     // Light that a light sample finds.
     if !c.scene.lights.is_alone() {
-        for (i, u) in v.samplers.iter().enumerate() {
-            v.u_light[i] = u.u1(Dim::at(vertex, slot::LIGHT));
-        }
+        Sampler::u1_each(&v.samplers, Dim::at(vertex, slot::LIGHT), &mut v.u_light);
     }
     draw(&v.samplers, Dim::at(vertex, slot::LIGHT_POINT), &mut v.u_point);
     light::sample(c, v, lone);

@@ -2,7 +2,7 @@
 
 use crate::transport::{PathState, ShadowQuery, Throughput};
 use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, wide};
-use etendue_scene::{Interaction, LightReference, LightSample, SurfaceFrame, Triangle};
+use etendue_scene::{Interaction, LightReference, LightSample, SurfaceFrame, Triangle, shape::Mesh};
 
 /// Walks that are worked on together: as many as stay near by while they are.
 pub(super) const LANES: usize = 256;
@@ -210,24 +210,28 @@ impl Vertices {
 
     /// Places the last vertex on a triangle.
     #[inline(always)]
-    pub fn place_on(&mut self, triangle: &Triangle, bary: Vec2) {
+    pub fn place_on(&mut self, mesh: &Mesh, triangle: u32, bary: Vec2) {
         let (i, t) = (self.count - 1, &mut self.triangles);
+        let index = mesh.indices[triangle as usize];
         for k in 0..3 {
-            t.corners[k].set(i, triangle.corners[k]);
+            t.corners[k].set(i, mesh.positions[index[k] as usize]);
         }
-        if triangle.error < 0.0 {
+        let (n, error) = mesh.face(triangle);
+        if error < 0.0 {
             for k in 0..3 {
-                t.normals[k].set(i, triangle.normals[k]);
+                t.normals[k].set(i, mesh.normals[index[k] as usize]);
             }
         }
-        if triangle.has_uv {
+        let has_uv = !mesh.uvs.is_empty();
+        if has_uv {
             for k in 0..3 {
-                (t.uvs[k][0][i], t.uvs[k][1][i]) = (triangle.uvs[k].x, triangle.uvs[k].y);
+                let uv = mesh.uvs[index[k] as usize];
+                (t.uvs[k][0][i], t.uvs[k][1][i]) = (uv.x, uv.y);
             }
         }
-        t.n.set(i, triangle.n);
-        t.error[i] = triangle.error;
-        (t.has_uv[i], t.flipped[i], t.placed[i]) = (u32::from(triangle.has_uv), u32::from(triangle.flipped), 0);
+        t.n.set(i, n);
+        t.error[i] = error;
+        (t.has_uv[i], t.flipped[i], t.placed[i]) = (u32::from(has_uv), u32::from(mesh.flip_normals), 0);
         (t.bary[0][i], t.bary[1][i]) = (bary.x, bary.y);
     }
 
