@@ -213,20 +213,19 @@ impl Vertices {
     pub fn place_on(&mut self, mesh: &Mesh, triangle: u32, bary: Vec2) {
         let (i, t) = (self.count - 1, &mut self.triangles);
         let index = mesh.indices[triangle as usize];
-        for k in 0..3 {
-            t.corners[k].set(i, mesh.positions[index[k] as usize]);
+        for (corner, k) in t.corners.iter_mut().zip(index) {
+            corner.set(i, mesh.positions[k as usize]);
         }
         let (n, error) = mesh.face(triangle);
         if error < 0.0 {
-            for k in 0..3 {
-                t.normals[k].set(i, mesh.normals[index[k] as usize]);
+            for (normal, k) in t.normals.iter_mut().zip(index) {
+                normal.set(i, mesh.normals[k as usize]);
             }
         }
         let has_uv = !mesh.uvs.is_empty();
         if has_uv {
-            for k in 0..3 {
-                let uv = mesh.uvs[index[k] as usize];
-                (t.uvs[k][0][i], t.uvs[k][1][i]) = (uv.x, uv.y);
+            for ([u, v], k) in t.uvs.iter_mut().zip(index) {
+                (u[i], v[i]) = mesh.uvs[k as usize].into();
             }
         }
         t.n.set(i, n);
