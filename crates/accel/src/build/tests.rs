@@ -110,7 +110,7 @@ fn depth_is_bounded() {
             items: &items,
             root_area: extent.bounds.half_area(),
             spatial: false,
-            prices: crate::build::collapse::Prices::SINGLE,
+            prices: Prices::SINGLE,
             done: AtomicUsize::new(0),
             total: count,
             progress: &|_| {},
