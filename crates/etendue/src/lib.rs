@@ -26,6 +26,7 @@ mod mistakes;
 pub mod per_light;
 mod picture;
 mod pool;
+pub mod radiosity;
 pub mod render;
 pub mod stats;
 pub mod verify;

@@ -1,9 +1,9 @@
 //! Parts of patches that something stands on: no light leaves them or arrives.
 //!
 //! ```text
-//! a point is covered        where every ray from it meets what absorbs: the inside of a solid
+//! a point is covered        where another patch lies on it, or every ray from it meets what absorbs: the inside of a solid
 //! open_i                    the part of patch i that is not covered
-//! A_i ← A_i open_i,   F_ij ← F_ij / open_i,   absorbed_i ← (absorbed_i - 1 + open_i) / open_i
+//! A_i ← A_i open_i,   absorbed_i ← absorbed_i - (1 - open_i),   row i divided by what is left of it
 //! ```
 //!
 //! Patches are cut without regard to what stands on them. Without this the foot of a box would be seen as a dark rim on the floor around it,
@@ -37,6 +37,9 @@ pub fn open(scene: &Scene, patches: &Patches, seed: u64) -> Vec<f64> {
 
 fn is_covered(scene: &Scene, patches: &Patches, i: u32, k: u64, [a, b, c, d]: [f32; 4]) -> bool {
     let x = patches.sample(i, Vec2::new(a, b));
+    if patches.touching_at(i, x.p).is_some() {
+        return true;
+    }
     let frame = Frame::from_normal(x.n.as_vec3());
     let absorbed = |u: Vec2| {
         let ray = patches.spawn(i, &x, frame.to_world(square_to_cosine_hemisphere(u)));
@@ -57,12 +60,23 @@ fn meets_what_absorbs(scene: &Scene, patches: &Patches, ray: &Ray) -> bool {
 pub fn uncover(patches: &mut Patches, factors: &mut FormFactors, open: &[f64]) {
     for (i, open) in open.iter().enumerate().filter(|(_, open)| **open < 1.0) {
         patches.patches[i].area *= open.max(LEAST);
+        let range = factors.matrix.rows.indptr().outer_inds_sz(i);
+        for j in patches.touching(i as u32) {
+            if let Ok(k) = factors.matrix.rows.indices()[range.clone()].binary_search(&j) {
+                factors.matrix.rows.data_mut()[range.start + k] = 0.0;
+            }
+        }
         if *open == 0.0 {
+            factors.absorbed[i] = 1.0 - factors.escaped[i];
             continue;
         }
-        let range = factors.matrix.rows.indptr().outer_inds_sz(i);
-        factors.matrix.rows.data_mut()[range].iter_mut().for_each(|f| *f /= *open as f32);
-        factors.escaped[i] /= open;
-        factors.absorbed[i] = ((factors.absorbed[i] - 1.0 + open) / open).max(0.0);
+        // What is absorbed beyond the covered part stays; the rest is what the open part sends, and closes to one.
+        let row = factors.matrix.rows.data()[range.clone()].iter().map(|f| f64::from(*f)).sum::<f64>();
+        let absorbed = (factors.absorbed[i] - 1.0 + open).max(0.0);
+        let all = row + factors.escaped[i] + absorbed;
+        if all > 0.0 {
+            factors.matrix.rows.data_mut()[range].iter_mut().for_each(|f| *f = (f64::from(*f) / all) as f32);
+            (factors.escaped[i], factors.absorbed[i]) = (factors.escaped[i] / all, absorbed / all);
+        }
     }
 }

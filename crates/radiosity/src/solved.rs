@@ -46,6 +46,11 @@ impl Method {
         [Self::Neumann, Self::GaussSeidel, Self::Shooting, Self::Direct][i.min(3)]
     }
 
+    /// As users write it.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
     /// Solves `equation`.
     pub fn solve(self, equation: &Equation<'_, FormFactors>, until: &Until<'_>) -> Result<Solution, TooLarge> {
         match self {

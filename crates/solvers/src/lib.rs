@@ -30,6 +30,7 @@ pub mod choosing;
 pub mod direct;
 pub mod distribution;
 pub mod drivers;
+pub mod irradiance;
 mod lanes;
 pub mod light;
 pub mod light_nee;

@@ -8,9 +8,11 @@ mod experiment;
 mod files;
 mod info;
 mod interrupt;
+mod measure;
 mod output;
 mod parse;
 mod progress;
+mod radiosity;
 mod render;
 mod scenes;
 mod solvers;
@@ -49,6 +51,10 @@ enum Command {
     Compare(Box<compare::CompareArguments>),
     /// Test whether all solvers find the same light: PASS, FAIL or INCONCLUSIVE.
     Verify(Box<verify::VerifyArguments>),
+    /// Solve diffuse light between patches: pictures, bounce by bounce, meshes and tables.
+    Radiosity(Box<radiosity::RadiosityArguments>),
+    /// Measure illuminance and irradiance at points or on a grid.
+    Measure(Box<measure::MeasureArguments>),
     /// Turn a picture of linear light into one for a display.
     Tonemap(tonemap::TonemapArguments),
 }
@@ -64,6 +70,8 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Diff(a) => diff::run(&a),
         Command::Compare(a) => compare::run(&a),
         Command::Verify(a) => verify::run(&a),
+        Command::Radiosity(a) => radiosity::run(&a),
+        Command::Measure(a) => measure::run(&a),
         Command::Tonemap(a) => tonemap::run(&a),
     };
     match done {

@@ -32,6 +32,11 @@ pub fn sequential(relative: f64) -> [f64; 3] {
     ramp(&SEQUENTIAL, (relative.max(1e-12).ln() - low) / (high - low))
 }
 
+/// The colour of a number from 0 to 1.
+pub fn linear(x: f64) -> [f64; 3] {
+    ramp(&SEQUENTIAL, x)
+}
+
 /// `#rrggbb`.
 pub fn hex(colour: [f64; 3]) -> String {
     let [r, g, b] = colour.map(|c| (c * 255.0).round() as u8);

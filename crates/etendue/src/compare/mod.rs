@@ -12,7 +12,7 @@
 //! slope  = d log relMSE / d log t: -1 for independent samples
 //! ```
 
-mod maps;
+pub(crate) mod maps;
 mod measure;
 mod page;
 mod pictures;

@@ -95,6 +95,11 @@ impl Patches {
         (area > 0.0).then_some(area)
     }
 
+    /// The patches that lie on patch i, face to face.
+    pub(crate) fn touching(&self, i: u32) -> impl Iterator<Item = u32> + '_ {
+        self.contacts.get(&i).into_iter().flatten().map(|c| c.other)
+    }
+
     /// The patch that lies on patch i at its point p, face to face.
     #[inline]
     pub(crate) fn touching_at(&self, i: u32, p: DVec3) -> Option<u32> {

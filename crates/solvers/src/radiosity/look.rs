@@ -72,11 +72,21 @@ impl Look<'_> {
     fn gather(&self, c: &Context<'_>, patches: &Patches, eye: &PathState, x: &Interaction, u: &Sampler, rays: &mut u64) -> DVec3 {
         let n = if x.n.dot(x.wo) < 0.0 { -x.n } else { x.n };
         let w = Frame::from_normal(n).to_world(square_to_cosine_hemisphere(u.u2(eye.dim(slot::BSDF))));
-        let Some((ray, hit)) = first(c.scene, patches, x.spawn(w), rays) else { return DVec3::ZERO };
+        self.reflected(c.scene, patches, x.spawn(w), rays)
+    }
+
+    /// R where a ray ends, W/m².
+    fn reflected(&self, scene: &Scene, patches: &Patches, ray: Ray, rays: &mut u64) -> DVec3 {
+        let Some((ray, hit)) = first(scene, patches, ray, rays) else { return DVec3::ZERO };
         match patches.locate(&ray, &hit) {
             Some(Place { patch: Some(j), local, .. }) => self.0.field.value(&self.0.vertices, j, local),
             _ => DVec3::ZERO,
         }
+    }
+
+    /// The same for a solution that was made ready to be gathered from.
+    pub fn leaving_towards(&self, scene: &Scene, ray: Ray) -> Spectrum {
+        self.0.patches.as_ref().map_or(Spectrum::ZERO, |patches| spectrum(self.reflected(scene, patches, ray, &mut 0)))
     }
 }
 

@@ -138,7 +138,7 @@ impl Solver for Radiosity {
         let shown = state.shown.get_or_insert_with(|| {
             let goes_on = |_| !(work.stop_now)();
             let solved = Solved::new(scene, &self.settings(run.seed), &goes_on);
-            Box::new(solved.map(|s| Shown::new(scene, s, &run.rules, Show::nth(self.show))).unwrap_or_default())
+            Box::new(solved.map(|s| Shown::new(scene, &s, &run.rules, Show::nth(self.show))).unwrap_or_default())
         });
         pixels::pass(&Look(shown), scene, run, k, work);
     }

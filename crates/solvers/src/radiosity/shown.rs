@@ -53,22 +53,22 @@ pub struct Shown {
 
 impl Shown {
     /// What of `solved` the rules let through.
-    pub fn new(scene: &Scene, solved: Solved, rules: &PathRules, show: Show) -> Self {
+    pub fn new(scene: &Scene, solved: &Solved, rules: &PathRules, show: Show) -> Self {
         let equation = solved.equation();
         let energy = equation.energy(&solved.solution.b);
         let mut is_diffuse = vec![true; scene.surfaces.len()];
         solved.patches.not_diffuse.iter().for_each(|n| is_diffuse[n.surface.index()] = false);
         let mut shown = Self { is_diffuse, show, energy, ..Self::default() };
         if show == Show::Patches {
-            let of = between(&solved, rules.min_edges - 1, rules.max_edges.saturating_sub(1));
+            let of = between(solved, rules.min_edges - 1, rules.max_edges.saturating_sub(1));
             shown.raw = of.into_iter().map(|b| b / std::f64::consts::PI).collect();
         } else if rules.max_edges >= 3 {
-            let reflected = between(&solved, rules.min_edges.saturating_sub(2).max(1), rules.max_edges - 2);
+            let reflected = between(solved, rules.min_edges.saturating_sub(2).max(1), rules.max_edges - 2);
             shown.vertices = solved.patches.vertices(scene);
             let values = if show == Show::Gather { reflected } else { solved.factors.multiply(&reflected) };
             shown.field = Field::new(&solved.patches, &shown.vertices, &values);
         }
-        shown.patches = Some(solved.patches);
+        shown.patches = Some(solved.patches.clone());
         shown
     }
 }

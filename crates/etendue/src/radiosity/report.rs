@@ -1,0 +1,124 @@
+//! The numbers of a solution, and what should be said of its scene.
+
+use crate::load::Loaded;
+use etendue_numerics::Spectrum;
+use etendue_radiosity::Solved;
+use etendue_radiosity::patch::Side;
+use etendue_radiosity::solved::Settings;
+use etendue_scene::SurfaceId;
+use glam::DVec3;
+use serde::Serialize;
+use std::time::Duration;
+
+/// The numbers of a solution. Fluxes are W by channel.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// Name and version.
+    pub software: String,
+    /// The scene.
+    pub scene: String,
+    /// Patches.
+    pub patches: usize,
+    /// Form-factor rays a patch.
+    pub rays_per_patch: u32,
+    /// Factors above zero.
+    pub factors: usize,
+    /// Bytes of the factors.
+    pub factor_bytes: usize,
+    /// Largest |1 - Σ F - losses| before the repair.
+    pub closure_before: f64,
+    /// After it.
+    pub closure_after: f64,
+    /// Σ |A_i F_ij - A_j F_ji| / Σ A before the repair; after it, it is zero.
+    pub reciprocity_before: f64,
+    /// The part of all light that the repair sent elsewhere.
+    pub moved_by_repair: f64,
+    /// How the equation was solved.
+    pub solve: String,
+    /// The relative residual before the first sweep and after each.
+    pub residuals: Vec<f64>,
+    /// Whether the residual asked for was reached.
+    pub converged: bool,
+    /// Emitted by patches.
+    pub emitted: [f64; 3],
+    /// Arrived from lights that are no patches.
+    pub arrived: [f64; 3],
+    /// Absorbed.
+    pub absorbed: [f64; 3],
+    /// Escaped.
+    pub escaped: [f64; 3],
+    /// emitted + arrived - absorbed - escaped.
+    pub residual: [f64; 3],
+    /// Surfaces that are not diffuse, and what stands for them.
+    pub not_diffuse: Vec<Substitute>,
+    /// Surfaces that cannot be cut and are black.
+    pub obstacles: Vec<String>,
+    /// Threads.
+    pub threads: usize,
+    /// From the first patch to the last sweep, s.
+    pub seconds: f64,
+    /// Largest memory held, bytes.
+    pub peak_memory_bytes: u64,
+}
+
+/// A diffuse surface in another's place.
+#[derive(Clone, Debug, Serialize)]
+pub struct Substitute {
+    /// The surface.
+    pub surface: String,
+    /// Front or back.
+    pub side: &'static str,
+    /// Its material's model.
+    pub material: String,
+    /// Hemispherical reflectance that stands for it.
+    pub reflectance: [f32; 3],
+    /// What passes through it in truth, and is lost.
+    pub transmitted: [f32; 3],
+}
+
+/// A surface by the id of its shape in the file, or by its model and place in the scene.
+pub(crate) fn surface(loaded: &Loaded, id: SurfaceId) -> String {
+    let node = loaded.description.node(loaded.scene.surface(id).node);
+    node.id.as_ref().map_or_else(|| format!("{}-{}", node.model.value, id.0), |id| id.value.clone())
+}
+
+impl Report {
+    pub(super) fn new(loaded: &Loaded, settings: &Settings, solved: &Solved, elapsed: Duration, threads: usize) -> Self {
+        let energy = solved.equation().energy(&solved.solution.b);
+        let rgb = |x: DVec3| x.to_array();
+        let three = |s: Spectrum| s.to_rgb();
+        let (repair, patches) = (&solved.repair, &solved.patches);
+        let not_diffuse = patches.not_diffuse.iter().map(|n| Substitute {
+            surface: surface(loaded, n.surface),
+            side: if n.side == Side::Front { "front" } else { "back" },
+            material: n.material.to_owned(),
+            reflectance: three(n.reflected),
+            transmitted: three(n.transmitted),
+        });
+        Self {
+            software: crate::picture::software(),
+            scene: loaded.name.clone(),
+            patches: patches.len(),
+            rays_per_patch: settings.rays,
+            factors: solved.factors.matrix.rows.nnz(),
+            factor_bytes: solved.factors.bytes(),
+            closure_before: repair.closure_before,
+            closure_after: repair.closure_after,
+            reciprocity_before: repair.reciprocity_before,
+            moved_by_repair: repair.moved_by_symmetry + repair.moved_by_scaling,
+            solve: settings.method.name().to_owned(),
+            residuals: solved.solution.residuals.clone(),
+            converged: solved.solution.residual() <= settings.residual,
+            emitted: rgb(energy.emitted),
+            arrived: rgb(energy.arrived),
+            absorbed: rgb(energy.absorbed),
+            escaped: rgb(energy.escaped),
+            residual: rgb(energy.residual),
+            not_diffuse: not_diffuse.collect(),
+            obstacles: patches.obstacles.iter().map(|id| surface(loaded, *id)).collect(),
+            threads,
+            seconds: elapsed.as_secs_f64(),
+            peak_memory_bytes: crate::memory::peak(),
+        }
+    }
+}
