@@ -68,7 +68,7 @@ fn one(scene: &Scene, meter: &Meter, from: Reflected<'_>, samples: u32, seed: u6
 
 /// What a point on a light gives.
 fn direct(c: &Context<'_>, meter: &Meter, u: &Sampler) -> Spectrum {
-    let from = LightReference { p: meter.p, n: meter.n, one_sided: true };
+    let from = LightReference { p: meter.p, n: meter.n, one_sided: true, shared: false };
     let (u_light, u_point) = (u.u1(Dim::at(0, slot::LIGHT)), u.u2(Dim::at(0, slot::LIGHT_POINT)));
     let Some(light) = c.scene.sample_light(&from, u_light, u_point, &Wavelengths::Rgb) else { return Spectrum::ZERO };
     let cos = meter.n.dot(light.wi);
