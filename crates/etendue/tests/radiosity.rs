@@ -103,7 +103,9 @@ fn meters_show_closed_forms() {
     let i = 100.0 / (4.0 * PI * K);
     let point = scene(
         &folder,
-        &format!(r#"<emitter type="point"><point name="position" z="1"/><rgb name="intensity" value="{i}"/></emitter>"#),
+        &format!(
+            r#"<emitter type="point"><point name="position" x="0" y="0" z="1"/><rgb name="intensity" value="{i}"/></emitter>"#
+        ),
     );
     // 100 lm from a disc of radius r at distance d: 100 / (π (r² + d²)) lx.
     let (r, d) = (0.4, 1.0);
