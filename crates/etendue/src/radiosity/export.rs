@@ -24,7 +24,7 @@ use vtkio::model::{
 /// K, lm/W, unless the user says otherwise.
 pub const LUMINOUS_EFFICACY: f64 = 683.002;
 
-/// The endings that [`write`] knows.
+/// The endings that [`write()`] knows.
 pub const ENDINGS: [&str; 4] = ["csv", "ply", "vtu", "glb"];
 
 /// Photometric weight of linear Rec.709.
