@@ -8,7 +8,8 @@
 //! A pass shoots a particle for each pixel, keeps what lands as photons, and sends a walk from the eye through each pixel. At every vertex the sphere of
 //! directions is divided: into those that the material scatters into with a density of `gloss` or more, mirrors and smooth glass among them, the walk
 //! goes on; light from all the others is what photons bring. Each direction belongs to one of the two, so nothing is counted twice, however glossy and
-//! rough lobes are mixed. Light that only photons can bring (points and single directions) is theirs in any case.
+//! rough lobes are mixed. Light that only photons can bring (points and single directions) is theirs in any case. Shadow rays, where direct light is theirs,
+//! share the walked directions with the walk by multiple importance sampling.
 //!
 //! The radius shrinks from pass to pass, and the mean of all passes tends to the truth: it is biased at any number of them, and what a noise target
 //! looks at is the noise without the bias. Memory is that of one pass, about 150 bytes a photon.
@@ -40,9 +41,11 @@ use crate::drivers::{Balance, Books, Work};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
 use crate::solver::{Estimates, Needs, Solver};
-use crate::transport::{Came, Context, PathState, Vertex, VertexSample, arrives, next_event, slot};
-use etendue_numerics::{Sampler, Spectrum};
-use etendue_scene::Scene;
+use crate::transport::{
+    Came, Context, Heuristic, PathState, Vertex, VertexSample, arrives, emission, mis_weight, next_event, slot,
+};
+use etendue_numerics::{Pdf, Sampler, Spectrum};
+use etendue_scene::{Interaction, Scene};
 use photons::Photons;
 use serde::{Deserialize, Serialize};
 
@@ -199,6 +202,18 @@ struct Eye<'a> {
     map: &'a Photons,
 }
 
+impl Eye<'_> {
+    /// Le where the walk ends, weighed against the shadow ray that might have found it.
+    #[inline]
+    fn met(&self, c: &Context<'_>, state: &PathState, x: Option<&Interaction>) -> Spectrum {
+        let (le, pdf_light) = emission(c, state, x);
+        match state.pdf {
+            Pdf::SolidAngle(pdf) if self.solver.direct_by_rays() => le * mis_weight(Heuristic::Power, pdf, pdf_light),
+            _ => le,
+        }
+    }
+}
+
 impl PixelSolver for Eye<'_> {
     fn radiance(&self, c: &Context<'_>, mut state: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         let shows_direct = self.solver.shows(Came::Straight);
@@ -208,7 +223,7 @@ impl PixelSolver for Eye<'_> {
             let hit = c.scene.intersect(&state.ray);
             let x = hit.map(|hit| c.scene.interaction(&state.ray, &hit));
             if shows_direct {
-                let le = x.as_ref().map_or_else(|| c.scene.le_escaped(&state.ray, &state.wl), |x| c.scene.le(x, &state.wl));
+                let le = self.met(c, &state, x.as_ref());
                 state.collect(&c.rules, le);
             }
             let Some(x) = x.filter(|_| !c.ends(&state)) else { return state.l };
@@ -218,8 +233,9 @@ impl PixelSolver for Eye<'_> {
             // Light from all directions that it does not take.
             if vertex.is_smooth() {
                 if shows_direct && self.solver.direct_by_rays() {
-                    let gathered = |_, pdf: f32| if pdf < self.solver.gloss { 1.0 } else { 0.0 };
-                    if let Some(query) = next_event(c, &state, &vertex, u, gathered) {
+                    // The walk finds lamps as well, but only along directions that it takes.
+                    let share = |p, pdf: f32| if pdf < self.solver.gloss { 1.0 } else { mis_weight(Heuristic::Power, p, pdf) };
+                    if let Some(query) = next_event(c, &state, &vertex, u, share) {
                         *rays += 1;
                         state.l += arrives(c, &query, &state.wl);
                     }
