@@ -18,6 +18,7 @@ mod choice;
 pub mod compare;
 mod digest;
 pub mod experiment;
+pub mod form_factors;
 mod guard;
 mod layers;
 pub mod load;

@@ -20,6 +20,8 @@ pub struct LoadOptions {
     pub height: Option<u32>,
     /// Threads for reading and building; all cores otherwise. The scene is the same for any number.
     pub threads: Option<usize>,
+    /// Whether a plain `.obj` or `.ply` is a scene: its facets, flat, with a front by their winding, grey.
+    pub bare_meshes: bool,
 }
 
 /// A scene ready to be rendered.
@@ -104,7 +106,25 @@ fn read(scene: &str, options: &LoadOptions) -> Result<(String, (Description, Dia
         return Err(LoadError::NoSuchScene(no_such_scene(scene)));
     }
     let name = path.file_stem().map_or("scene".to_owned(), |s| s.to_string_lossy().into_owned());
+    if options.bare_meshes
+        && let Some(text) = bare_mesh(path)
+    {
+        return Ok((name, etendue_formats::read_str(scene, &text, &read_options)));
+    }
     Ok((name, etendue_formats::read(path, &read_options)))
+}
+
+/// A scene around a mesh file, where it is one.
+fn bare_mesh(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
+    let (file, id) = (escaped(path.file_name()?.to_str()?), escaped(path.file_stem()?.to_str()?));
+    matches!(ending.as_str(), "obj" | "ply").then(|| {
+        format!(
+            r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="{ending}" id="{id}"><string name="filename" value="{file}"/>
+            <boolean name="face_normals" value="true"/></shape></scene>"#
+        )
+    })
 }
 
 fn no_such_scene(scene: &str) -> String {

@@ -6,6 +6,7 @@ mod diff;
 mod doctor;
 mod experiment;
 mod files;
+mod form_factors;
 mod info;
 mod interrupt;
 mod measure;
@@ -47,6 +48,8 @@ enum Command {
     Diff(diff::DiffArguments),
     /// Tell what there is on this machine, and whether rendering works.
     Doctor(doctor::DoctorArguments),
+    /// Compute form factors (view factors) between patches and between shapes.
+    FormFactors(Box<form_factors::FormFactorArguments>),
     /// Render with several solvers and show, as a page, how far each is from a reference.
     Compare(Box<compare::CompareArguments>),
     /// Test whether all solvers find the same light: PASS, FAIL or INCONCLUSIVE.
@@ -68,6 +71,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Info(a) => info::run(&a),
         Command::Doctor(a) => doctor::run(&a),
         Command::Diff(a) => diff::run(&a),
+        Command::FormFactors(a) => form_factors::run(&a),
         Command::Compare(a) => compare::run(&a),
         Command::Verify(a) => verify::run(&a),
         Command::Radiosity(a) => radiosity::run(&a),

@@ -117,7 +117,7 @@ pub fn run(a: &RenderArguments) -> Done {
     }
     let resume = a.resume.as_deref().map(read_checkpoint).transpose()?;
     let threads = a.threads.map(usize::from);
-    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads };
+    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads, ..LoadOptions::default() };
     let mut loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
     let pictures = pictures(a, &loaded.name);
     if a.output.is_empty() {

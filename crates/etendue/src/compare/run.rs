@@ -21,8 +21,13 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
             return Err(ExperimentError::Words("`auto` stands for one of the others: name those to compare".to_owned()));
         }
     }
-    let load_options =
-        LoadOptions { defines: options.defines.clone(), width: options.width, height: options.height, threads: options.threads };
+    let load_options = LoadOptions {
+        defines: options.defines.clone(),
+        width: options.width,
+        height: options.height,
+        threads: options.threads,
+        ..LoadOptions::default()
+    };
     let mut loaded = load(scene, &load_options).map_err(ExperimentError::Load)?;
     if !matches!(options.reference, Reference::Picture(_)) {
         // Pixels that share samples would make the variance of one depend on its neighbours, and bias it at low counts.

@@ -22,10 +22,10 @@ const APART: f64 = 1.5;
 const FINEST: f64 = 1.0 / 512.0;
 
 /// Pieces whose visibility is mixed are cut until this part of the smaller patch's light hangs on them.
-const MIXED: f64 = 5e-5;
+const MIXED: f64 = 3e-5;
 
 /// Pieces through which more than this part of it goes are cut in any case where something may be in the way.
-const LARGE: f64 = 2.5e-4;
+const LARGE: f64 = 1e-4;
 
 /// The same for pieces that the plane of the other cuts, where G does not jump but bends.
 const HORIZON: f64 = 1e-3;

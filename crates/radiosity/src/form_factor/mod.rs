@@ -4,12 +4,19 @@
 //! F_ij = 1/A_i ∫_i ∫_j V(x, y) cosθx cosθy / (π r²) dA dA        Σ_j F_ij = 1 in a closed scene        A_i F_ij = A_j F_ji
 //! ```
 //!
+//! | method | | good for |
+//! | --- | --- | --- |
+//! | [`hemisphere()`] | rays from each patch | any scene, hundreds of thousands of patches |
+//! | [`analytic()`] | closed forms, less what is blocked | polygons, thousands of patches |
+//! | [`by_area()`] | quadrature of the double integral | a check of the other two |
+//!
 //! The matrix is kept as F_ij = l_i M_ij r_j: M sparse, in single precision, and two diagonals in double precision. As estimated, l = r = 1 and M
 //! is F itself. After a repair M is symmetric, l_i = x_i / A_i and r_j = x_j: reciprocity holds exactly whatever the rounding of M, and the x_i
 //! close the rows as far as double precision goes.
 
 mod area;
 mod hemisphere;
+mod method;
 mod pairs;
 pub mod polygon;
 mod repair;
@@ -17,6 +24,7 @@ mod tally;
 mod visible;
 
 pub use hemisphere::{Hemisphere, hemisphere};
+pub use method::{Method, TooLarge};
 pub use pairs::{Pairs, analytic, by_area};
 pub use repair::{CLOSED, Repair};
 pub use tally::REPLICATES;

@@ -94,8 +94,7 @@ impl<'a> Between<'a> {
 
     /// V between points of patches i and j.
     pub fn sees(&self, (i, x): (u32, &PatchPoint), (j, y): (u32, &PatchPoint)) -> bool {
-        let start = x.p + x.n * f64::from(self.patches.get(i).clearance);
-        let end = y.p + y.n * f64::from(self.patches.get(j).clearance);
+        let (start, end) = (self.patches.lifted(i, x), self.patches.lifted(j, y));
         let d = end - start;
         let distance = d.length();
         if distance <= f64::from(self.patches.get(j).clearance) {

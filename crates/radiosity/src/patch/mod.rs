@@ -240,6 +240,11 @@ impl Patches {
         (&cell.span, &self.charts[cell.chart as usize].chart)
     }
 
+    /// The triangles of its mesh that patch i lies on: one twice, or two; 0 of what is no mesh.
+    pub fn triangles_of(&self, i: u32) -> [u32; 2] {
+        self.charts[self.cells[self.get(i).cell as usize].chart as usize].triangles
+    }
+
     /// The object of a hit.
     #[inline]
     pub fn object_of(&self, hit: &Hit) -> u32 {
@@ -305,10 +310,23 @@ impl Patches {
         PatchPoint { p: chart.point(st), n: chart.normal(st) * patch.side.sign(), st, weight }
     }
 
+    /// A point of patch i moved clear of its surface, and of the surfaces that meet it at its edges: in front, and as far towards the midst.
+    #[inline]
+    pub(crate) fn lifted(&self, i: u32, x: &PatchPoint) -> DVec3 {
+        let patch = self.get(i);
+        let clearance = f64::from(patch.clearance);
+        let p = x.p + x.n * clearance;
+        if !self.geometry(i).1.is_flat() {
+            return p;
+        }
+        // Half the side of a square lies between its midst and its edge.
+        p + (patch.p - x.p) * (2.0 * clearance / patch.area.sqrt()).min(0.01)
+    }
+
     /// The ray that leaves a point of patch i towards the unit direction `w` on its side.
     #[inline]
     pub fn spawn(&self, i: u32, x: &PatchPoint, w: Vec3) -> Ray {
-        Ray::new((x.p + x.n * f64::from(self.get(i).clearance)).as_vec3(), w)
+        Ray::new(self.lifted(i, x).as_vec3(), w)
     }
 
     /// The surface at parameters of the chart of patch i, seen from the patch's side along the normal.
