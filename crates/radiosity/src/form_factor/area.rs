@@ -28,7 +28,7 @@ const MIXED: f64 = 3e-5;
 const LARGE: f64 = 1e-4;
 
 /// The same for pieces that the plane of the other cuts, where G does not jump but bends.
-const HORIZON: f64 = 1e-3;
+const HORIZON: f64 = 1e-4;
 
 /// A quadrature point: a point of a patch with its area, m².
 struct Node {
