@@ -193,7 +193,7 @@ pub fn solved(loaded: &Loaded, a: &SolutionArguments, quiet: bool) -> Result<(So
 pub fn run(a: &RadiosityArguments) -> Done {
     a.output.iter().chain(&a.stats).try_for_each(|path| files::writable(path))?;
     let threads = a.solution.threads();
-    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads };
+    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads, ..LoadOptions::default() };
     let loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
     if !a.quiet {
         output::diagnostics(&loaded.diagnostics, &loaded.description);
