@@ -199,7 +199,7 @@ pub(super) fn closest<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterator
             // What the first ray enters last waits below all others.
             let node = &tree.nodes[child.0 as usize];
             let (bottom, first) = (stack.len(), lanes.trailing_zeros());
-            for i in 0..WIDTH {
+            for i in 0..children(node) {
                 let (enters, lanes) = packet.meet(node, i, best, lanes);
                 if lanes != 0 {
                     stack.push(Waiting { enters, first: lane(enters, first), child: node.children[i], lanes });
@@ -269,7 +269,7 @@ pub(super) fn occluded<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterato
         if child.is_node() {
             // Children lie in order of size: the largest is the likeliest to stop rays.
             let node = &tree.nodes[child.0 as usize];
-            for i in (0..WIDTH).rev() {
+            for i in (0..children(node)).rev() {
                 let (_, lanes) = packet.meet(node, i, packet.t_max, lanes);
                 if lanes != 0 {
                     stack.push((node.children[i], lanes));
@@ -303,6 +303,12 @@ pub(super) fn occluded<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterato
     }
     let stopped = packet.lanes & !open;
     (stopped, again & !stopped)
+}
+
+/// How many children a node has; they come first.
+#[inline(always)]
+fn children(node: &Node) -> usize {
+    (0..WIDTH).position(|i| node.rows[0][i] > node.rows[1][i]).unwrap_or(WIDTH)
 }
 
 /// One number of a vector.
