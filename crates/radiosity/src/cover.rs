@@ -73,7 +73,7 @@ pub fn uncover(patches: &mut Patches, factors: &mut FormFactors, open: &[f64]) {
         // What is absorbed beyond the covered part stays; the rest is what the open part sends, and closes to one.
         let row = factors.matrix.rows.data()[range.clone()].iter().map(|f| f64::from(*f)).sum::<f64>();
         let absorbed = (factors.absorbed[i] - 1.0 + open).max(0.0);
-        let all = row + factors.escaped[i] + absorbed;
+        let all = if factors.losses_are_measured { row + factors.escaped[i] + absorbed } else { *open };
         if all > 0.0 {
             factors.matrix.rows.data_mut()[range].iter_mut().for_each(|f| *f = (f64::from(*f) / all) as f32);
             (factors.escaped[i], factors.absorbed[i]) = (factors.escaped[i] / all, absorbed / all);

@@ -8,13 +8,14 @@
 //! | --- | --- | --- |
 //! | `size` | of the patches | 12,000 in all |
 //! | `adaptive` | where patches go by number, cut finer where the light changes ([`crate::refine`]) | true |
-//! | `rays` | form-factor rays a patch | 1024 |
+//! | `factors` | how they are found; patches that are yet to be cut finer have theirs by `hemisphere` | `hemisphere` |
+//! | `rays` | form-factor rays a patch; of `analytic`, which shares them among the patches that may be hidden, 65,536 at least | 1024 |
 //! | `method` | of solving | `neumann` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `sweeps` | at most | 1000 |
 //! | `seed` | of the rays | 0 |
 
-use crate::form_factor::{Cancelled, FormFactors, Hemisphere, Repair, hemisphere};
+use crate::form_factor::{Cancelled, FormFactors, Hemisphere, Pairs, Repair, Watch, analytic, by_area, hemisphere};
 use crate::patch::{Cutting, PatchSize, Patches, Sides, TooMany};
 use crate::solve::direct::{MOST, TooLarge};
 use crate::solve::{Equation, Solution, Until, direct, gauss_seidel, lights, neumann, shooting};
@@ -22,6 +23,46 @@ use crate::{cover, refine};
 use etendue_scene::Scene;
 use glam::DVec3;
 use std::fmt;
+
+/// How form factors are found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Factors {
+    /// By rays.
+    #[default]
+    Hemisphere,
+    /// Closed forms, less what rays find blocked.
+    Analytic,
+    /// Quadrature of the double integral.
+    Area,
+}
+
+impl Factors {
+    /// All, as users write them, in the order of the variants.
+    pub const NAMES: &'static [&'static str] = &["hemisphere", "analytic", "area"];
+
+    /// The one of a place in [`Factors::NAMES`].
+    pub fn nth(i: usize) -> Self {
+        [Self::Hemisphere, Self::Analytic, Self::Area][i.min(2)]
+    }
+
+    /// As users write it.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+
+    /// The most patches that it is of use for: beyond, a matrix of all pairs takes hours and more memory than there is.
+    pub fn most(self) -> usize {
+        if self == Self::Hemisphere { usize::MAX } else { 16_384 }
+    }
+
+    fn find(self, scene: &Scene, patches: &Patches, rays: u32, seed: u64, watch: &Watch<'_>) -> Result<FormFactors, Cancelled> {
+        match self {
+            Self::Hemisphere => hemisphere(scene, patches, &Hemisphere { rays, errors: false, seed }, watch),
+            Self::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(1 << 16), seed }, watch),
+            Self::Area => by_area(scene, patches, watch),
+        }
+    }
+}
 
 /// How the equation is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,6 +110,8 @@ pub struct Settings {
     pub size: PatchSize,
     /// Whether patches that go by number are cut finer where the light changes.
     pub adaptive: bool,
+    /// How form factors are found.
+    pub factors: Factors,
     /// Form-factor rays a patch.
     pub rays: u32,
     /// How the equation is solved.
@@ -88,6 +131,7 @@ impl Default for Settings {
         Self {
             size: PatchSize::Count(12_000),
             adaptive: true,
+            factors: Factors::default(),
             rays: 1024,
             method: Method::default(),
             residual: 1e-4,
@@ -118,6 +162,13 @@ pub enum Error {
     TooMany(TooMany),
     /// The method does not fit.
     TooLarge(TooLarge),
+    /// There are too many pairs for a method that goes through all.
+    Pairs {
+        /// Patches.
+        patches: usize,
+        /// The method.
+        factors: Factors,
+    },
     /// The factors would not fit into memory.
     Memory {
         /// Patches.
@@ -153,6 +204,13 @@ impl fmt::Display for Error {
                 write!(f, "the scene has {patches} pieces before any is cut, and {most} patches are the most")
             }
             Self::TooLarge(e) => e.fmt(f),
+            Self::Pairs { patches, factors } => write!(
+                f,
+                "`{}` goes through all pairs, {:.0} million of {patches} patches, and takes {} patches at most; `hemisphere` fits",
+                factors.name(),
+                (*patches as f64).powi(2) / 2e6,
+                factors.most()
+            ),
             Self::Memory { patches, bytes, fit } => write!(
                 f,
                 "form factors of {patches} patches would take up to {:.1} GiB, which cannot be had; {fit} patches fit",
@@ -185,7 +243,13 @@ impl Solved {
     pub fn new(scene: &Scene, settings: &Settings, watch: &(dyn Fn(Stage) -> bool + Sync)) -> Result<Self, Error> {
         let mut patches = Self::patches(scene, settings)?;
         if let (PatchSize::Count(n), true) = (settings.size, settings.adaptive) {
-            let coarse = Settings { rays: (settings.rays / 4).max(64), method: Method::Neumann, residual: 0.01, ..*settings };
+            let coarse = Settings {
+                factors: Factors::Hemisphere,
+                rays: (settings.rays / 4).max(64),
+                method: Method::Neumann,
+                residual: 0.01,
+                ..*settings
+            };
             for round in 1..=refine::ROUNDS {
                 let most = n / 2 + n / 2 * round / refine::ROUNDS;
                 if patches.len() + 3 > most {
@@ -204,8 +268,8 @@ impl Solved {
         if !watch(Stage::Patches(patches.len())) {
             return Err(Error::Cancelled);
         }
-        let cast = Hemisphere { rays: settings.rays, errors: false, seed: settings.seed };
-        let mut factors = hemisphere(scene, &patches, &cast, &|done, of| watch(Stage::Rows(done, of)))?;
+        let rows = |done, of| watch(Stage::Rows(done, of));
+        let mut factors = settings.factors.find(scene, &patches, settings.rays, settings.seed, &rows)?;
         let open = cover::open(scene, &patches, settings.seed);
         cover::uncover(&mut patches, &mut factors, &open);
         let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
@@ -237,6 +301,9 @@ impl Solved {
         };
         if settings.method == Method::Direct && count > MOST {
             return Err(Error::TooLarge(TooLarge { patches: count }));
+        }
+        if count > settings.factors.most() {
+            return Err(Error::Pairs { patches: count, factors: settings.factors });
         }
         let bytes = factor_bytes(count, settings.rays);
         if bytes > settings.memory {

@@ -6,7 +6,7 @@ use common::*;
 use etendue_radiosity::form_factor::{FormFactors, Matrix, Rows};
 use etendue_radiosity::patch::PatchSize;
 use etendue_radiosity::solve::{Equation, Until, direct, lights};
-use etendue_radiosity::solved::{Method, Settings, Solved};
+use etendue_radiosity::solved::{Factors, Method, Settings, Solved};
 use etendue_radiosity::{Bounces, Field};
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -107,6 +107,36 @@ fn all_methods_agree_and_the_books_close() {
         pool.install(|| Solved::new(&scene, &Settings { method: Method::Neumann, ..settings }, &|_| true).expect("solved").solution)
     };
     assert_eq!(with(1), with(3));
+}
+
+/// Three ways to find factors, one solution: 400 patches, a box among them, and noise of the rays; the books close whichever it is.
+#[test]
+fn factors_of_all_methods_give_the_same_light() {
+    let scene = room();
+    let with = |factors: Factors| {
+        let settings = Settings {
+            size: PatchSize::Count(400),
+            adaptive: false,
+            factors,
+            rays: 1 << 12,
+            residual: 1e-9,
+            ..Settings::default()
+        };
+        let solved = Solved::new(&scene, &settings, &|_| true).expect("a solution");
+        let energy = solved.equation().energy(&solved.solution.b);
+        assert!(energy.residual.abs().element_sum() < 1e-6 * energy.emitted.element_sum(), "{factors:?}: {energy:?}");
+        energy
+    };
+    let judge = with(Factors::Hemisphere);
+    for factors in [Factors::Analytic, Factors::Area] {
+        let energy = with(factors);
+        for (x, y) in [(energy.absorbed, judge.absorbed), (energy.escaped, judge.escaped)] {
+            assert!((x / y - 1.0).abs().max_element() < 0.02, "{factors:?}: {x} and {y}");
+        }
+    }
+    let many = Settings { size: PatchSize::Count(40_000), factors: Factors::Analytic, ..Settings::default() };
+    let told = Solved::new(&scene, &many, &|_| true).expect_err("too many").to_string();
+    assert!(told.contains("800 million") && told.contains("`hemisphere` fits"), "{told}");
 }
 
 #[test]

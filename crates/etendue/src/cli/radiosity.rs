@@ -10,7 +10,7 @@ use etendue::{LoadOptions, Loaded, load};
 use etendue_image::{Format, Picture, SaveOptions, save, write_atomically};
 use etendue_radiosity::Solved;
 use etendue_radiosity::patch::PatchSize;
-use etendue_radiosity::solved::{Method, Settings, Stage};
+use etendue_radiosity::solved::{Factors, Method, Settings, Stage};
 use etendue_solvers::radiosity::Show;
 use etendue_solvers::{CancelToken, PathRules};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -88,6 +88,9 @@ pub struct SolutionArguments {
     /// Patches of one size, also where the light changes.
     #[arg(long)]
     even: bool,
+    /// How form factors are found.
+    #[arg(long, value_enum, default_value_t = FactorsName::Hemisphere)]
+    method: FactorsName,
     /// Form-factor rays a patch.
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=1 << 24))]
     samples: u32,
@@ -103,6 +106,17 @@ pub struct SolutionArguments {
     /// Threads; all cores otherwise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+}
+
+/// The ways to find form factors.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum FactorsName {
+    /// Cosine-distributed rays from each patch.
+    Hemisphere,
+    /// Closed forms between polygons, less what rays find blocked; for some thousands of patches.
+    Analytic,
+    /// Quadrature of the double integral; for some thousands of patches.
+    Area,
 }
 
 /// The ways to solve.
@@ -127,10 +141,16 @@ impl SolutionArguments {
             SolveName::Shooting => Method::Shooting,
             SolveName::Direct => Method::Direct,
         };
+        let factors = match self.method {
+            FactorsName::Hemisphere => Factors::Hemisphere,
+            FactorsName::Analytic => Factors::Analytic,
+            FactorsName::Area => Factors::Area,
+        };
         let size = self.patch_size.map_or(PatchSize::Count(self.patches as usize), PatchSize::Metres);
         Settings {
             size,
             adaptive: !self.even,
+            factors,
             rays: self.samples,
             method,
             residual: self.residual,
@@ -280,9 +300,10 @@ fn tell(r: &Report) {
     }
     let sum = |x: [f64; 3]| x.iter().sum::<f64>();
     output::message(&format!(
-        "{} patches, {} factors above zero in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; {:.2} % of the light was moved",
+        "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; {:.2} % of the light was moved",
         r.patches,
         r.factors,
+        r.method,
         r.factor_bytes >> 20,
         r.closure_before,
         r.reciprocity_before,

@@ -19,6 +19,8 @@ pub struct Report {
     pub scene: String,
     /// Patches.
     pub patches: usize,
+    /// How form factors were found.
+    pub method: String,
     /// Form-factor rays a patch.
     pub rays_per_patch: u32,
     /// Factors above zero.
@@ -99,6 +101,7 @@ impl Report {
             software: crate::picture::software(),
             scene: loaded.name.clone(),
             patches: patches.len(),
+            method: settings.factors.name().to_owned(),
             rays_per_patch: settings.rays,
             factors: solved.factors.matrix.rows.nnz(),
             factor_bytes: solved.factors.bytes(),

@@ -7,6 +7,7 @@ mod commands;
 mod form_factors;
 mod per_light;
 mod pictures;
+mod radiosity;
 mod same_bits;
 mod stopping;
 

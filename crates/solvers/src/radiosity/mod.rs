@@ -14,6 +14,7 @@
 //! | `patches` | how many, about | 12,000 |
 //! | `patch_size` | their size, m; 0: by number | 0 |
 //! | `samples` | form-factor rays a patch | 1024 |
+//! | `method` | of form factors: `hemisphere`, `analytic`, `area` | `hemisphere` |
 //! | `solve` | `neumann`, `gauss-seidel`, `shooting`, `direct` | `neumann` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `show` | `smooth`; `gather`: H from one more ray a display ray; `patches`: B as it is | `smooth` |
@@ -29,7 +30,7 @@ use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
 use crate::solver::{Estimates, Needs, Refusal, Solver};
 use etendue_radiosity::patch::PatchSize;
-use etendue_radiosity::solved::{Method, Settings, Solved};
+use etendue_radiosity::solved::{Factors, Method, Settings, Solved};
 use etendue_scene::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +43,8 @@ pub struct Radiosity {
     pub patch_size: f32,
     /// Form-factor rays a patch.
     pub samples: u32,
+    /// A place in [`Factors::NAMES`].
+    pub factors: usize,
     /// A place in [`Method::NAMES`].
     pub method: usize,
     /// Relative residual.
@@ -52,7 +55,7 @@ pub struct Radiosity {
 
 impl Default for Radiosity {
     fn default() -> Self {
-        Self { patches: 12_000, patch_size: 0.0, samples: 1024, method: 0, residual: 1e-4, show: 0 }
+        Self { patches: 12_000, patch_size: 0.0, samples: 1024, factors: 0, method: 0, residual: 1e-4, show: 0 }
     }
 }
 
@@ -66,6 +69,7 @@ impl Radiosity {
             slot: |s| Slot::Number(&mut s.patch_size, 0.0..=1e6),
         },
         Parameter { name: "samples", summary: "form-factor rays a patch", slot: |s| Slot::Count(&mut s.samples, 16..=1 << 20) },
+        Parameter { name: "method", summary: "how form factors are found", slot: |s| Slot::Choice(&mut s.factors, Factors::NAMES) },
         Parameter { name: "solve", summary: "how the equation is solved", slot: |s| Slot::Choice(&mut s.method, Method::NAMES) },
         Parameter {
             name: "residual",
@@ -84,6 +88,7 @@ impl Radiosity {
         Settings {
             size,
             rays: self.samples,
+            factors: Factors::nth(self.factors),
             method: Method::nth(self.method),
             residual: f64::from(self.residual),
             seed,
