@@ -109,7 +109,7 @@ fn all_methods_agree_and_the_books_close() {
     assert_eq!(with(1), with(3));
 }
 
-/// Three ways to find factors, one solution: 400 patches, a box among them, and noise of the rays; the books close whichever it is.
+/// Three ways to find factors, one solution: 250 patches, a box among them, and noise of the rays; the books close whichever it is.
 #[test]
 fn factors_of_all_methods_give_the_same_light() {
     let scene = room();
