@@ -17,7 +17,7 @@ use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::transport::PathState;
 use etendue_solvers::{CancelToken, PathRules, Progress, Run, Stop};
 
-const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1, faint: 0.0 }, Bidirectional { exponent: 2, faint: 0.005 }];
+const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1, faint: 0.0 }, Bidirectional { exponent: 2, faint: 0.05 }];
 #[test]
 fn furnaces() {
     let mut family = Family::default();
@@ -233,7 +233,7 @@ fn the_same_bits_on_any_threads() {
 fn stopped_and_resumed_is_undisturbed() {
     let camera = camera_with("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, [24, 20], r#"<rfilter type="gaussian"/>"#);
     let scene = room(&camera, WALLS, &(lamp() + GLASS));
-    leaves_no_trace(&scene, &Bidirectional::default(), Stop::Samples(3), &[(1, 4)]);
+    leaves_no_trace(&scene, &Bidirectional::default(), Stop::Samples(3), &[(1, 2)]);
 }
 
 /// Vertices very close together: a furnace so flat that nearly every connection is short. Nothing is infinite, nothing is missing.

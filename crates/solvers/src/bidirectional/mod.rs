@@ -24,7 +24,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `exponent` | β of the weights: 1 is the balance heuristic, 2 the power heuristic | 2 |
-//! | `faint` | connections that would add less than this part of the picture's mean to a pixel cast their shadow ray by roulette | 0.005 |
+//! | `faint` | connections that would add less than this part of the picture's mean to a pixel cast their shadow ray by roulette | 0.05 |
 
 pub mod connect;
 pub mod eye;
@@ -69,7 +69,7 @@ pub struct Bidirectional {
 
 impl Default for Bidirectional {
     fn default() -> Self {
-        Self { exponent: 2, faint: 0.005 }
+        Self { exponent: 2, faint: 0.05 }
     }
 }
 
@@ -194,7 +194,7 @@ impl Solver for Bidirectional {
     }
 
     fn units(&self, size: [u32; 2]) -> usize {
-        Tiling::new(size).len()
+        Tiling::coarse(size).len()
     }
 
     fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Worth {
@@ -204,7 +204,7 @@ impl Solver for Bidirectional {
     fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) {
         let strategies = Strategies { worth: *worth, ..self.strategies(scene, run) };
         let plan = SamplePlan::new(run, k);
-        let tiling = Tiling::new(work.film.shape().size);
+        let tiling = Tiling::coarse(work.film.shape().size);
         (0..work.units.len()).into_par_iter().for_each_init(
             || (work.film.tile(), Paths::default(), Vec::new()),
             |(tile, paths, splats), unit| {

@@ -4,8 +4,8 @@
 //! c = w C, were nothing in between       cast with probability q = min(1, c / δ),  and then C grows to C / q        δ = `faint` · L
 //! ```
 //!
-//! L is the picture's mean without emitters seen directly, from a short trial. Most connections carry next to nothing, because some other strategy finds their path far better; δ is so far below the
-//! noise of a sample that it does not show.
+//! L is the picture's mean without emitters seen directly, from a short trial. Most connections carry next to nothing, because some other strategy finds their path far better; δ is far below the
+//! noise of a sample: on the Cornell box a fifth of all rays is saved, for 1 % of relMSE.
 
 use super::{Paths, Strategies};
 use crate::drivers::pixels::eye_walk;

@@ -88,6 +88,12 @@ impl Tiling {
         Self { size, edge: if u64::from(size[0]) * u64::from(size[1]) < 1 << 16 { 8 } else { 16 } }
     }
 
+    /// Tiles of four times as many pixels: the more splats are added at once, the fewer of them find their part of the film gone from the cache.
+    pub(crate) fn coarse(size: [u32; 2]) -> Self {
+        let Self { size, edge } = Self::new(size);
+        Self { size, edge: 2 * edge }
+    }
+
     pub(crate) fn len(&self) -> usize {
         self.size[0].div_ceil(self.edge) as usize * self.size[1].div_ceil(self.edge) as usize
     }
