@@ -13,11 +13,11 @@
 //! Nothing of the other solvers is run, and light that they would hardly ever find is not overlooked for that: it is known from the strategies that do find it.
 //! The trial is a function of scene and rules alone.
 //!
-//! | solver | A | time a sample: rays |
+//! | solver | A | time a sample: rays, times the time a ray takes |
 //! | --- | --- | --- |
-//! | `path-mis` | s = 0, 1 | of the eye's walk, with one to a light from each vertex |
-//! | `light-nee` | t = 1, and what is seen directly | of the light's walk, with one to the lens from each vertex |
-//! | `bidirectional` | all | all, and half as much again for what else it does |
+//! | `path-mis` | s = 0, 1 | of the eye's walk, with one to a light from each vertex; 1 |
+//! | `light-nee` | t = 1, and what is seen directly | of the light's walk, with one to the lens from each vertex; 1.6 |
+//! | `bidirectional` | all | all; 2 |
 //!
 //! What no strategy finds is asked for by itself: light that glass or mirrors focus on a surface which is seen in glass or mirrors again. A coarse density estimate,
 //! from where both walks first met such a surface by mirrors alone, tells how much of the picture that is. If it is much, and walks from the eye practically never hit a
@@ -72,8 +72,8 @@ struct Candidate {
 
 const CANDIDATES: [Candidate; 3] = [
     Candidate { solver: "path-mis", time: 1.0, has: |s, _| s <= 1 },
-    Candidate { solver: "light-nee", time: 1.0, has: |s, vertices| s + 1 == vertices || vertices == 2 },
-    Candidate { solver: "bidirectional", time: 1.5, has: |_, _| true },
+    Candidate { solver: "light-nee", time: 1.6, has: |s, vertices| s + 1 == vertices || vertices == 2 },
+    Candidate { solver: "bidirectional", time: 2.0, has: |_, _| true },
 ];
 
 /// What the trial found.
