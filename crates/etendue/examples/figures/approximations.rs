@@ -48,9 +48,9 @@ impl PixelSolver for FiniteDirections {
     }
 }
 
-/// Four glossy plates under four lamps, by 128, by 512 and by 8,192 directions, and by the integral.
+/// Four glossy plates under four lamps, by 128, by 512 and by 3,200 directions, and by the integral.
 pub fn finite_directions(folder: &Path) -> Drawn {
-    const WIDTH: u32 = 200;
+    const WIDTH: u32 = 160;
     let loaded = load("veach-mis", &LoadOptions { width: Some(WIDTH), ..LoadOptions::default() })?;
     let view = &loaded.scene.views[0].film;
     let (w, h) = (view.crop_size[0] as usize, view.crop_size[1] as usize);
@@ -77,7 +77,7 @@ pub fn finite_directions(folder: &Path) -> Drawn {
     let integral = etendue_solvers::direct::Direct { emitter_samples: 1, bsdf_samples: 1 };
     let truth = by(&|run, film| drop(etendue_solvers::render(&integral, "integral", &loaded.scene, run, film, None)), 256)?;
     let mut pictures = Vec::new();
-    for rings in [8u32, 16, 64] {
+    for rings in [8u32, 16, 40] {
         let solver = FiniteDirections { rings };
         let picture = by(&|run, film| drop(etendue_solvers::render(&solver, "sum", &loaded.scene, run, film, None)), 1)?;
         let error = etendue_image::metrics::compare(&picture, &truth)?.rel_mse;
@@ -92,7 +92,7 @@ pub fn finite_directions(folder: &Path) -> Drawn {
 /// The Cornell box: direct light alone, with an ambient constant, and with light between surfaces.
 pub fn ambient(folder: &Path) -> Drawn {
     // The constant that makes the pictures' means equal.
-    const AMBIENT: &str = "0.42, 0.3, 0.14";
+    const AMBIENT: &str = "0.093, 0.047, 0.01";
     let shot = |solver, parameters| Shot { scene: "cornell-box", solver, parameters, width: 200, stop: Stop::Samples(96) }.take();
     let pictures = vec![shot("whitted", &[])?, shot("whitted", &[("ambient", AMBIENT)])?, shot("path-mis", &[])?];
     for picture in &pictures {
@@ -116,7 +116,7 @@ pub fn lambertian(folder: &Path) -> Drawn {
     for materials in [balls.map(str::to_owned), matt] {
         std::fs::write(&file, still_life(&materials))?;
         let scene = file.display().to_string();
-        let picture = Shot { scene: &scene, solver: "bidirectional", parameters: &[], width: 280, stop: Stop::Samples(256) }.take();
+        let picture = Shot { scene: &scene, solver: "path-mis", parameters: &[], width: 240, stop: Stop::Samples(96) }.take();
         std::fs::remove_file(&file)?;
         pictures.push(picture?);
     }

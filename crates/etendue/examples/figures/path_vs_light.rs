@@ -37,7 +37,7 @@ fn curves(points: &[(f64, Vec<f64>)]) -> Vec<Curve> {
 pub fn scene_size(folder: &Path) -> Drawn {
     let mut points = Vec::new();
     for fov in [40.0f64, 20.0, 10.0, 5.0, 2.5] {
-        let worth = worth("cornell-box", &[("fov".to_owned(), fov.to_string())], 48, 3)?;
+        let worth = worth("cornell-box", &[("fov".to_owned(), fov.to_string())], 48, 2)?;
         println!("fov {fov}: {worth:.3?}, {:.3} to 1", worth[1] / worth[0]);
         points.push((fov, worth));
     }
@@ -48,7 +48,7 @@ pub fn scene_size(folder: &Path) -> Drawn {
 pub fn path_kinds(folder: &Path) -> Drawn {
     let mut rows = Vec::new();
     for scene in ["caustic", "veach-mis", "ajar"] {
-        let shot = |solver| Shot { scene, solver, parameters: &[], width: 240, stop: Stop::Time(Duration::from_secs(10)) }.take();
+        let shot = |solver| Shot { scene, solver, parameters: &[], width: 200, stop: Stop::Time(Duration::from_secs(8)) }.take();
         let row = SOLVERS.iter().map(|s| shot(s)).collect::<Drawn<Vec<_>>>();
         match row {
             Ok(row) => rows.push(row),
@@ -74,7 +74,7 @@ pub fn sources(folder: &Path) -> Drawn {
     let mut points = Vec::new();
     for side in [1u32, 3, 10, 30] {
         std::fs::write(&file, hall(side))?;
-        let worth = worth(&file.display().to_string(), &[], 64, 3);
+        let worth = worth(&file.display().to_string(), &[], 64, 2);
         std::fs::remove_file(&file)?;
         let worth = worth?;
         println!("{} lamps: {worth:.3?}, {:.3} to 1", side * side, worth[1] / worth[0]);

@@ -26,26 +26,29 @@ pub fn report(a: &Accepted) -> String {
             "solver", "target", "± block", "at", "spp seen + scattered", "time", "|t|", "largest at", "difference"
         ),
     ];
-    lines.extend(a.solvers.iter().map(row));
+    lines.extend(a.solvers.iter().map(|s| row(s, a.reference.as_ref() == Some(&s.solver))));
     lines.extend(a.left_out.iter().map(|(name, why)| format!("{name:<16}left out: {why}")));
     lines.push(String::new());
     lines.push(match a.verdict {
-        Verdict::Pass => "PASS: each solver agrees with path-mis in every block".to_owned(),
+        Verdict::Pass => format!("PASS: each solver agrees with {} in every block", a.reference.as_deref().unwrap_or("itself")),
         Verdict::Fail => "FAIL: a difference that chance does not explain".to_owned(),
-        Verdict::Inconclusive => "INCONCLUSIVE: no difference, but not every block is known as well as it should be".to_owned(),
+        Verdict::Inconclusive => match &a.reference {
+            Some(name) => format!("INCONCLUSIVE: who knows each block well enough agrees with {name}, but not all do"),
+            None => "INCONCLUSIVE: nobody knows each block well enough".to_owned(),
+        },
     });
     lines.join("\n")
 }
 
-fn row(s: &Acceptance) -> String {
+fn row(s: &Acceptance, is_reference: bool) -> String {
     let (t, place, difference) = s.worst.as_ref().map_or((String::new(), String::new(), String::new()), |w| {
         let place = format!("{} {}", w.area, ["red", "green", "blue"][w.channel.min(2)]);
         (format!("{:.2}", w.t.abs()), place, format!("{} ± {}", percent(w.difference), percent(w.standard_error)))
     });
-    let outcome = match (s.differences, s.needed, &s.worst) {
-        (1.., _, _) => format!("differs in {} of them", s.differences),
-        (_, Some(needed), _) => format!("not reached, would take about {needed:.0} s"),
-        (_, _, None) => "the reference".to_owned(),
+    let outcome = match (s.differences, s.needed) {
+        _ if is_reference => "the reference".to_owned(),
+        (1.., _) => format!("differs in {} of them", s.differences),
+        (_, Some(needed)) => format!("not reached, would take about {needed:.0} s"),
         _ => "agrees".to_owned(),
     };
     format!(

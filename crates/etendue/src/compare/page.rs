@@ -72,6 +72,15 @@ fn whole(x: f64) -> String {
     if x.abs() < 0.5 { "0".to_owned() } else { format!("{x:.0}").replace('-', "−") }
 }
 
+/// The same in the width of a cell.
+fn short(t: f64) -> String {
+    match t {
+        t if t >= 99.5 => "≫".to_owned(),
+        t if t <= -99.5 => "≪".to_owned(),
+        t => whole(t),
+    }
+}
+
 /// Three significant digits, powers of ten where they are many.
 fn number(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
@@ -222,7 +231,7 @@ fn blocks(r: &Results) -> String {
                 cells,
                 "<b{class} style=\"background:{colour}\" title=\"{}\">{}</b>",
                 escape(&f.to_string()),
-                if told { whole(f.t) } else { "·".to_owned() }
+                if told { short(f.t) } else { "·".to_owned() }
             );
         }
         let _ = write!(
