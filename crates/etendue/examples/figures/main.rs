@@ -33,6 +33,7 @@ const FIGURES: &[Figure] = &[
     Figure { name: "path-kinds", shows: "path and light tracing: caustics, gloss, diffuse light", draw: path_vs_light::path_kinds },
     Figure { name: "sources", shows: "path and light tracing: the number of lamps", draw: path_vs_light::sources },
     Figure { name: "finite-directions", shows: "gloss as a sum over directions", draw: approximations::finite_directions },
+    Figure { name: "patches", shows: "radiance that is constant on each patch", draw: approximations::patches },
     Figure { name: "ambient", shows: "ambient light for light between surfaces", draw: approximations::ambient },
     Figure { name: "lambertian", shows: "all surfaces diffuse", draw: approximations::lambertian },
 ];
