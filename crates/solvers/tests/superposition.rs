@@ -1,4 +1,4 @@
-//! The rendering equation is linear in Le: each light alone, added up, is the joint picture, for every solver. Lights that are off reflect and stand in the
+//! The rendering equation is linear in Le: each light alone, added up, is the joint picture, for every solver that walks. Lights that are off reflect and stand in the
 //! way as before.
 //!
 //! Each test is one family of claims with 1 % of false alarms, over independent replicates.
@@ -48,7 +48,8 @@ fn lights_add_up() {
     let mut family = Family::default();
     let point = r#"<emitter type="point"><point name="position" value="0.3, 2, 0.4"/><rgb name="intensity" value="3"/></emitter>"#;
     let rules = PathRules { max_edges: 4, ..PathRules::default() };
-    for info in SOLVERS {
+    // Radiosity cuts its patches where light changes: each light alone has patches of its own, and the sum agrees in the limit only.
+    for info in SOLVERS.iter().filter(|s| s.name != "radiosity") {
         // Random walks from the eye hit no points, nor do random walks from the lights the lens of this size often.
         let (more, spp) = match info.name {
             "path" => ("", 64),
