@@ -29,7 +29,7 @@ impl Light for Constant {
         self.radiance.at(wl)
     }
 
-    fn pdf_escaped(&self, _: &Scene, from: &LightReference, wi: Vec3) -> f32 {
+    fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
         let cos = from.n.dot(wi);
         if from.n == Vec3::ZERO {
             sphere_pdf()
@@ -52,7 +52,7 @@ impl Light for Constant {
             Frame::from_normal(from.n * side).to_world(local)
         }
         .normalize();
-        let pdf_w = self.pdf_escaped(scene, from, wi);
+        let pdf_w = self.pdf_escaped(from, wi);
         (pdf_w > 0.0).then(|| LightSample {
             wi,
             p: outside(scene, from.p, wi),

@@ -9,8 +9,7 @@
 //! ```
 //!
 //! Where a walk looks for light as well, P ∝ max(mean of the four - L̄, 0) · Ω with L̄ = ∫ Le dw / 4π: light samples see to suns and windows, and
-//! leave to the walk what shines from all around, which it finds at least as well [Karlík et al. 2019, MIS compensation]. Where it is known what is
-//! seen of the sky, that decides ([`super::outlook`]).
+//! leave to the walk what shines from all around, which it finds at least as well [Karlík et al. 2019, MIS compensation].
 //!
 //! Within a cell directions are drawn evenly in φ and cosθ, so the density is constant there and holds sinθ exactly. A cell is never
 //! drawn only if its four corners are black, and then so is all of it.
@@ -22,11 +21,10 @@
 //! | `to_world` | from the picture's coordinates (y up; the picture's left edge lies towards -z, its middle towards +z) | identity |
 
 use super::directional::{disk_density, from_infinity, outside, scene_sphere};
-use super::tiles::{TileChoice, Tiles};
 use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightQuery, LightReference, LightSample, PositionPdf, scalar};
 use crate::scene::Scene;
 use crate::texture::Texels;
-use etendue_numerics::math::{ONE_MINUS_EPSILON, PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
+use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
 use etendue_numerics::table::Table2D;
 use etendue_numerics::{Frame, Pdf, Spectrum, Vec2, Vec3, Wavelengths};
 use std::sync::Arc;
@@ -42,11 +40,9 @@ pub struct Environment {
     /// The picture's axes in the world: orthonormal, either hand.
     axes: Frame,
     /// Which cell; rows of cells lie between rows of texels.
-    cells: Box<Tiles>,
+    cells: Table2D,
     /// The same beside a walk; no light sample is drawn where it has no weight.
-    excess: Box<Table2D>,
-    /// Its weights, summed over tiles.
-    suns: Vec<f32>,
+    excess: Table2D,
     /// For each row of texels cosθ, and 1/Ω of a cell of the row that begins there.
     rows: Vec<[f32; 2]>,
     /// ∫ Le dw, W/m².
@@ -58,18 +54,9 @@ impl Environment {
     pub fn new(texels: Arc<Texels>, scale: f32, axes: Frame) -> Self {
         let (width, height) = (texels.width(), texels.height().max(2));
         let rows = (0..height).map(|row| [cos_theta(height, row), 1.0 / solid_angle(width, height, row)]).collect();
-        let mut new = Self {
-            texels,
-            scale,
-            width,
-            height,
-            axes,
-            cells: Tiles::new(&[0.0], 1, 1).into(),
-            excess: Table2D::new(&[], 1, 1).into(),
-            suns: Vec::new(),
-            rows,
-            integral: Spectrum::ZERO,
-        };
+        let none = Table2D::new(&[], 1, 1);
+        let mut new =
+            Self { texels, scale, width, height, axes, cells: none.clone(), excess: none, rows, integral: Spectrum::ZERO };
 
         let mut weights = Vec::with_capacity(width * (height - 1));
         let mut integral = [0f64; 3];
@@ -84,13 +71,11 @@ impl Environment {
         }
         let [r, g, b] = integral.map(|i| i as f32);
         new.integral = Spectrum::rgb(r, g, b);
-        new.cells = Tiles::new(&weights, width, height - 1).into();
-        let mean = scalar(new.integral) / (4.0 * PI);
+        new.cells = Table2D::new(&weights, width, height - 1);
+        let mean = (new.cells.sum() / f64::from(4.0 * PI)) as f32;
         // A little more, lest rounding make a pattern of an even sky.
         let excess = |(i, w): (usize, &f32)| (w - 1.001 * mean * solid_angle(width, height, i / width)).max(0.0);
-        let excess: Vec<f32> = weights.iter().enumerate().map(excess).collect();
-        new.suns = Tiles::new(&excess, width, height - 1).weights().to_vec();
-        new.excess = Table2D::new(&excess, width, height - 1).into();
+        new.excess = Table2D::new(&weights.iter().enumerate().map(excess).collect::<Vec<_>>(), width, height - 1);
         new
     }
 
@@ -121,66 +106,43 @@ impl Environment {
         Spectrum::lerp(place.y, across(row), across(row + 1))
     }
 
-    /// The sky by tiles, weighted with their light, W/m².
-    pub(super) fn tiles(&self) -> &Tiles {
-        &self.cells
-    }
-
-    /// What of the weight of each tile exceeds the mean.
-    pub(super) fn suns(&self) -> &[f32] {
-        &self.suns
-    }
-
-    /// A unit direction into a tile of the sky, by its light, in the world.
-    pub(super) fn towards(&self, tile: usize, u: Vec2) -> Vec3 {
-        let (cell, _, rest) = self.cells.sample_within(tile, u);
-        self.axes.to_world(self.direction(cell, rest))
-    }
-
-    /// p_w of a unit direction in the picture's coordinates.
+    /// The cells as light samples draw them.
     #[inline]
-    fn density(&self, drawn: Drawn<'_>, local: Vec3) -> f32 {
-        let (column, row, _) = self.cell(local);
-        let probability = match drawn {
-            Drawn::Nothing => 0.0,
-            Drawn::Tiles(choice) => self.cells.probability(choice, [column, row]),
-            Drawn::Excess => self.excess.probability(column, row),
-        };
-        probability * self.rows[row][1]
+    fn sampled(&self, from: &LightReference) -> &Table2D {
+        if from.shared { &self.excess } else { &self.cells }
     }
 
-    /// A cell, its probability, and the place in it.
+    /// p_w of a unit direction in the picture's coordinates, drawn from `cells`.
     #[inline]
-    fn sample_cell(&self, drawn: Drawn<'_>, u: Vec2) -> Option<Chosen> {
-        match drawn {
-            Drawn::Nothing => None,
-            Drawn::Tiles(choice) => Some(self.cells.sample(choice, u)),
-            Drawn::Excess => {
-                let (column, row, probability, rest) = self.excess.sample_discrete(u);
-                Some(([column, row], probability, rest))
-            }
+    fn density(&self, cells: &Table2D, local: Vec3) -> f32 {
+        if cells.sum() <= 0.0 {
+            return 0.0;
         }
+        let (column, row, _) = self.cell(local);
+        cells.probability(column, row) * self.rows[row][1]
     }
 
-    /// The same as light samples for `from` draw it.
-    #[inline]
-    fn sampled_cell(&self, scene: &Scene, from: &LightReference, u: Vec2) -> Option<Chosen> {
-        let (drawn, chance) = self.drawn(scene, from);
-        if u.x >= chance {
+    /// A unit direction in the picture's coordinates drawn from `cells`, with its p_w and Le.
+    fn sample_local(&self, cells: &Table2D, u: Vec2) -> Option<(Vec3, f32, Spectrum)> {
+        if cells.sum() <= 0.0 {
             return None;
         }
-        let (cell, probability, rest) = self.sample_cell(drawn, Vec2::new((u.x / chance).min(ONE_MINUS_EPSILON), u.y))?;
-        Some((cell, probability * chance, rest))
+        Some(self.point(cells.sample_discrete(u)))
     }
 
-    /// The unit direction there in the picture's coordinates, with its p_w and Le.
-    fn point(&self, (cell, probability, rest): Chosen) -> (Vec3, f32, Spectrum) {
-        let (d, [column, row]) = (self.direction(cell, rest), cell);
-        let y = (safe_acos(d.y) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
-        (d, probability * self.rows[row][1], self.radiance((column, row, Vec2::new(rest.x, y))))
+    /// The direction at the place `rest` of a cell, with its p_w and Le.
+    fn point(&self, (column, row, probability, rest): (usize, usize, f32, Vec2)) -> (Vec3, f32, Spectrum) {
+        let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
+        let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
+        let cos = top + (bottom - top) * rest.y;
+        let sin = safe_sqrt((1.0 - cos) * (1.0 + cos));
+        let (sin_phi, cos_phi) = sin_cos(phi);
+        let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
+        let y = (safe_acos(cos) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
+        (d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y))))
     }
 
-    /// [`Light::sample`] for many points: texels are asked for ahead.
+    /// [`Light::sample`] for many points: what is looked up is asked for ahead.
     pub(super) fn sample_each(
         &self,
         scene: &Scene,
@@ -188,19 +150,33 @@ impl Environment {
         queries: &[LightQuery],
         mut found: impl FnMut(usize, Option<LightSample>),
     ) {
-        let chosen: Vec<_> = queries.iter().map(|query| self.sampled_cell(scene, &query.from, query.u)).collect();
-        for ([column, row], ..) in chosen.iter().flatten() {
+        let Some(first) = queries.first() else { return };
+        let cells = self.sampled(&first.from);
+        if cells.sum() <= 0.0 || queries.iter().any(|query| query.from.shared != first.from.shared) {
+            for (i, query) in queries.iter().enumerate() {
+                found(i, self.sample(scene, &query.from, id, query.u, &Wavelengths::Rgb));
+            }
+            return;
+        }
+        let u: Vec<Vec2> = queries.iter().map(|query| query.u).collect();
+        let mut drawn = Vec::new();
+        cells.sample_discrete_each(&u, &mut drawn);
+        for (column, row, ..) in &drawn {
             self.texels.fetch(*column, (*row).min(self.texels.height() - 1));
             self.texels.fetch(*column, (row + 1).min(self.texels.height() - 1));
         }
-        for (i, (cell, query)) in chosen.into_iter().zip(queries).enumerate() {
-            found(i, cell.map(|cell| self.light_sample(scene, &query.from, id, cell)));
+        for (i, (cell, query)) in drawn.iter().zip(queries).enumerate() {
+            found(i, Some(self.light_sample(scene, &query.from, id, self.point(*cell))));
         }
     }
 
-    #[inline]
-    fn light_sample(&self, scene: &Scene, from: &LightReference, id: LightId, chosen: Chosen) -> LightSample {
-        let (local, pdf_w, le) = self.point(chosen);
+    fn light_sample(
+        &self,
+        scene: &Scene,
+        from: &LightReference,
+        id: LightId,
+        (local, pdf_w, le): (Vec3, f32, Spectrum),
+    ) -> LightSample {
         let wi = self.axes.to_world(local);
         LightSample {
             wi,
@@ -213,48 +189,6 @@ impl Environment {
             n: Vec3::ZERO,
         }
     }
-
-    /// All of the sky.
-    fn whole(&self) -> Drawn<'_> {
-        if self.cells.weights().iter().any(|w| *w > 0.0) { Drawn::Tiles(self.cells.own()) } else { Drawn::Nothing }
-    }
-
-    /// What light samples for `from` draw, and how often they are tried.
-    #[inline]
-    fn drawn<'a>(&'a self, scene: &'a Scene, from: &LightReference) -> (Drawn<'a>, f32) {
-        if !from.shared {
-            return (self.whole(), 1.0);
-        }
-        match scene.lights.view(scene, from) {
-            Some(view) => (if view.chance > 0.0 { Drawn::Tiles(&view.choice) } else { Drawn::Nothing }, view.chance),
-            None => (if self.excess.sum() > 0.0 { Drawn::Excess } else { Drawn::Nothing }, 1.0),
-        }
-    }
-
-    /// The unit direction to a place in a cell, evenly in φ and cosθ.
-    #[inline]
-    fn direction(&self, [column, row]: [usize; 2], place: Vec2) -> Vec3 {
-        let phi = TAU * (column as f32 + 0.5 + place.x) / self.width as f32;
-        let (top, bottom) = (self.rows[row][0], self.rows[row + 1][0]);
-        let cos = top + (bottom - top) * place.y;
-        let sin = safe_sqrt((1.0 - cos) * (1.0 + cos));
-        let (sin_phi, cos_phi) = sin_cos(phi);
-        Vec3::new(sin * sin_phi, cos, -sin * cos_phi).normalize()
-    }
-}
-
-/// A cell (column, row), its probability, and a place in it.
-type Chosen = ([usize; 2], f32, Vec2);
-
-/// From what a direction is drawn.
-#[derive(Clone, Copy)]
-enum Drawn<'a> {
-    /// There is no light.
-    Nothing,
-    /// A tile, then a cell by its light.
-    Tiles(&'a TileChoice),
-    /// A cell by what exceeds the mean.
-    Excess,
 }
 
 /// cosθ of a row of texels.
@@ -274,23 +208,21 @@ impl Light for Environment {
         self.radiance(self.cell(self.axes.to_local(d)))
     }
 
-    fn pdf_escaped(&self, scene: &Scene, from: &LightReference, wi: Vec3) -> f32 {
-        let (drawn, chance) = self.drawn(scene, from);
-        chance * self.density(drawn, self.axes.to_local(wi))
+    fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
+        self.density(self.sampled(from), self.axes.to_local(wi))
     }
 
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
-        let cell = self.sampled_cell(scene, from, u)?;
-        Some(self.light_sample(scene, from, id, cell))
+        Some(self.light_sample(scene, from, id, self.sample_local(self.sampled(from), u)?))
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
-        let direction = Pdf::SolidAngle(self.density(self.whole(), self.axes.to_local(wi)));
+        let direction = Pdf::SolidAngle(self.density(&self.cells, self.axes.to_local(wi)));
         EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
-        let (local, pdf_w, le) = self.point(self.sample_cell(self.whole(), u_direction)?);
+        let (local, pdf_w, le) = self.sample_local(&self.cells, u_direction)?;
         let d = -self.axes.to_world(local);
         let (ray, pdf_a) = from_infinity(scene, d, u)?;
         Some(EmissionSample {

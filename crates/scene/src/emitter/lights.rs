@@ -11,7 +11,6 @@
 //!
 //! For light that sets out, primitives are chosen with probability ∝ Φ.
 
-use super::outlook::{Outlook, View};
 use super::record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample};
 use super::tree::LightTree;
 use super::{Extent, Light, LightBounds, Model, scalar};
@@ -22,7 +21,6 @@ use etendue_numerics::math::ONE_MINUS_EPSILON;
 use etendue_numerics::sequence::{mix, unit};
 use etendue_numerics::table::Table1D;
 use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths};
-use std::sync::OnceLock;
 
 /// A light at infinity.
 #[derive(Clone, Copy, Debug)]
@@ -47,9 +45,6 @@ pub struct Lights {
     /// For each emitter its first primitive among them.
     first: Vec<Option<u32>>,
     tree: LightTree,
-    /// The surroundings, where they are one picture, and what is seen of them: found out when it is first asked for.
-    sky: Option<EmitterId>,
-    outlook: OnceLock<Option<Outlook>>,
     /// The only light that can be sampled, where there is nothing to choose.
     alone: Option<LightId>,
     /// All primitives and distant lights, and the choice among them by flux.
@@ -105,12 +100,6 @@ impl Lights {
             ([], [only], [] | [_]) => Some(LightId { emitter: only.emitter, primitive: 0 }),
             _ => None,
         };
-        if let [only] = lights.environments[..]
-            && matches!(scene.emitter(only).model, Model::Environment(_))
-            && lights.distant.iter().any(|d| d.emitter == only)
-        {
-            lights.sky = Some(only);
-        }
         lights.by_flux = (!flux.is_empty()).then(|| Table1D::new(&flux));
         lights
     }
@@ -119,13 +108,6 @@ impl Lights {
     #[inline]
     pub fn environments(&self) -> &[EmitterId] {
         &self.environments
-    }
-
-    /// What is seen of the surroundings at `from`, if it is known.
-    #[inline]
-    pub(super) fn view(&self, scene: &Scene, from: &LightReference) -> Option<&View> {
-        let sky = self.sky.filter(|_| from.shared && from.one_sided)?;
-        self.outlook.get_or_init(|| Outlook::new(scene, sky)).as_ref()?.view(scene, from)
     }
 
     /// Whether no light can be sampled from a point.
@@ -174,10 +156,10 @@ impl Lights {
     pub fn pdf_escaped(&self, scene: &Scene, from: &LightReference, wi: Vec3) -> f32 {
         let surroundings = || self.distant.iter().filter(|d| d.from.is_none());
         let density: f32 = match &self.distant[..] {
-            [only] => surroundings().map(|_| scene.emitter(only.emitter).model.pdf_escaped(scene, from, wi)).sum(),
+            [only] => surroundings().map(|_| scene.emitter(only.emitter).model.pdf_escaped(from, wi)).sum(),
             _ => {
                 let total = self.distant_irradiance(from);
-                surroundings().map(|d| d.weight(from) / total * scene.emitter(d.emitter).model.pdf_escaped(scene, from, wi)).sum()
+                surroundings().map(|d| d.weight(from) / total * scene.emitter(d.emitter).model.pdf_escaped(from, wi)).sum()
             }
         };
         if density > 0.0 { density * (1.0 - self.tree_share(from)) } else { 0.0 }

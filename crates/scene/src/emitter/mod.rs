@@ -20,12 +20,10 @@ mod envmap;
 mod extent;
 mod lights;
 mod lone;
-mod outlook;
 mod point;
 mod projector;
 mod record;
 mod spot;
-mod tiles;
 mod tree;
 
 pub use area::Area;
@@ -64,7 +62,7 @@ pub trait Light {
     }
 
     /// The density, 1/sr at `from`, with which [`Light::sample`] draws the direction `wi` of the surroundings.
-    fn pdf_escaped(&self, _scene: &Scene, _from: &LightReference, _wi: Vec3) -> f32 {
+    fn pdf_escaped(&self, _from: &LightReference, _wi: Vec3) -> f32 {
         0.0
     }
 
@@ -155,8 +153,8 @@ macro_rules! models {
                 match self { $(Self::$model(m) => m.pdf(scene, from, id, x),)* }
             }
             #[inline]
-            fn pdf_escaped(&self, scene: &Scene, from: &LightReference, wi: Vec3) -> f32 {
-                match self { $(Self::$model(m) => m.pdf_escaped(scene, from, wi),)* }
+            fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
+                match self { $(Self::$model(m) => m.pdf_escaped(from, wi),)* }
             }
             #[inline]
             fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
