@@ -167,35 +167,8 @@ mod tests {
         ([(y0, z0), (y1, z0), (y1, z1), (y0, z1)].map(|(y, z)| DVec3::new(x, y, z)), DVec3::X)
     }
 
-    /// F from [x1, x2] x [y1, y2] at z = 0 to [ξ1, ξ2] x [η1, η2] at height z, by sixteen corners.
-    fn parallel(x: [f64; 2], y: [f64; 2], xi: [f64; 2], eta: [f64; 2], z: f64) -> f64 {
-        let g = |u: f64, v: f64| {
-            let (p, q) = ((u * u + z * z).sqrt(), (v * v + z * z).sqrt());
-            (v * p * (v / p).atan() + u * q * (u / q).atan() - 0.5 * z * z * (u * u + v * v + z * z).ln()) / TAU
-        };
-        let mut sum = 0.0;
-        for (i, x) in x.iter().enumerate() {
-            for (j, y) in y.iter().enumerate() {
-                for (k, eta) in eta.iter().enumerate() {
-                    for (l, xi) in xi.iter().enumerate() {
-                        let sign = if (i + j + k + l) % 2 == 0 { 1.0 } else { -1.0 };
-                        sum += sign * g(x - xi, y - eta);
-                    }
-                }
-            }
-        }
-        sum / ((x[1] - x[0]) * (y[1] - y[0]))
-    }
-
-    /// F from the rectangle [x1, x2] x [y1, y2] of the floor to [y, ξ] = [η1, η2] x [ξ1, ξ2] of the wall x = 0, ξ its height.
-    fn perpendicular(x: [f64; 2], y: [f64; 2], eta: [f64; 2], xi: [f64; 2]) -> f64 {
-        let g = |x: f64, y: f64, eta: f64, xi: f64| {
-            let (c, d2) = ((x * x + xi * xi).sqrt(), (y - eta).powi(2));
-            let k = (y - eta) / if c == 0.0 { f64::INFINITY } else { c };
-            let r2 = c * c + d2;
-            let log = if r2 == 0.0 { 0.0 } else { 0.25 * (c * c - d2) * r2.ln() };
-            ((y - eta) * c * k.atan() - log) / TAU
-        };
+    /// Σ ± g over the sixteen corners of two rectangles, by the area of the first, [x1, x2] x [y1, y2].
+    fn over_corners(x: [f64; 2], y: [f64; 2], eta: [f64; 2], xi: [f64; 2], g: impl Fn(f64, f64, f64, f64) -> f64) -> f64 {
         let mut sum = 0.0;
         for (i, x) in x.iter().enumerate() {
             for (j, y) in y.iter().enumerate() {
@@ -208,6 +181,27 @@ mod tests {
             }
         }
         sum / ((x[1] - x[0]) * (y[1] - y[0]))
+    }
+
+    /// F from [x1, x2] x [y1, y2] at z = 0 to [ξ1, ξ2] x [η1, η2] at height z, by sixteen corners.
+    fn parallel(x: [f64; 2], y: [f64; 2], xi: [f64; 2], eta: [f64; 2], z: f64) -> f64 {
+        let g = |u: f64, v: f64| {
+            let (p, q) = ((u * u + z * z).sqrt(), (v * v + z * z).sqrt());
+            (v * p * (v / p).atan() + u * q * (u / q).atan() - 0.5 * z * z * (u * u + v * v + z * z).ln()) / TAU
+        };
+        over_corners(x, y, eta, xi, |x, y, eta, xi| g(x - xi, y - eta))
+    }
+
+    /// F from the rectangle [x1, x2] x [y1, y2] of the floor to [y, ξ] = [η1, η2] x [ξ1, ξ2] of the wall x = 0, ξ its height.
+    fn perpendicular(x: [f64; 2], y: [f64; 2], eta: [f64; 2], xi: [f64; 2]) -> f64 {
+        let g = |x: f64, y: f64, eta: f64, xi: f64| {
+            let (c, d2) = ((x * x + xi * xi).sqrt(), (y - eta).powi(2));
+            let k = (y - eta) / if c == 0.0 { f64::INFINITY } else { c };
+            let r2 = c * c + d2;
+            let log = if r2 == 0.0 { 0.0 } else { 0.25 * (c * c - d2) * r2.ln() };
+            ((y - eta) * c * k.atan() - log) / TAU
+        };
+        over_corners(x, y, eta, xi, g)
     }
 
     #[test]
