@@ -2,6 +2,7 @@
 
 use super::experiment::ExperimentArguments;
 use super::parse::seconds;
+use super::scene::SizeArguments;
 use super::{Done, output};
 use clap::Args;
 use etendue::compare::{Budget, CompareOptions, Reference, Results, compare, page};
@@ -33,12 +34,8 @@ pub struct CompareArguments {
     /// Folder to write to.
     #[arg(short, long, value_name = "FOLDER", default_value = "comparison")]
     output: PathBuf,
-    /// Width of the picture in pixels.
-    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..))]
-    width: Option<u32>,
-    /// Height of the picture in pixels.
-    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
-    height: Option<u32>,
+    #[command(flatten)]
+    size: SizeArguments,
     #[command(flatten)]
     common: ExperimentArguments,
 }
@@ -53,11 +50,11 @@ pub fn run(a: &CompareArguments) -> Done {
         solvers: a.solvers.clone(),
         reference,
         budget: a.spp.map_or(Budget::Time(a.time), Budget::Samples),
-        width: a.width,
-        height: a.height,
+        width: a.size.width,
+        height: a.size.height,
         seed: a.common.seed,
-        threads: a.common.threads(),
-        defines: a.common.define.clone(),
+        threads: a.common.scene.threads(),
+        defines: a.common.scene.define.clone(),
         standard: Standard::default(),
     };
     let Some(results) = a.common.watch("nothing was written", |cancel, tell| compare(&a.scene, &options, cancel, tell))? else {

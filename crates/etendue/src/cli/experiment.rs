@@ -2,7 +2,7 @@
 
 use super::interrupt::{Words, stop_on_ctrl_c};
 use super::output;
-use super::parse::define;
+use super::scene::SceneArguments;
 use clap::Args;
 use etendue::experiment::ExperimentError;
 use etendue_solvers::CancelToken;
@@ -14,22 +14,14 @@ pub struct ExperimentArguments {
     /// Seed of all random decisions.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Threads; all cores otherwise.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
-    /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = define)]
-    pub define: Vec<(String, String)>,
+    #[command(flatten)]
+    pub scene: SceneArguments,
     /// Show nothing but the result.
     #[arg(short, long)]
     pub quiet: bool,
 }
 
 impl ExperimentArguments {
-    pub fn threads(&self) -> Option<usize> {
-        self.threads.map(usize::from)
-    }
-
     /// Runs it, telling what goes on; `None` where it was stopped by Ctrl-C, which is told in the words `stopped`.
     pub fn watch<T>(
         &self,

@@ -1,10 +1,11 @@
 //! `etendue form-factors`: the part of the light of each patch, and of each shape, that arrives at each other.
 
 use super::interrupt::{Words, stop_on_ctrl_c};
+use super::scene::{SceneArguments, SizeArguments, scene};
 use super::{Done, output, parse};
 use clap::{Args, ValueEnum};
+use etendue::LoadOptions;
 use etendue::form_factors::{ENDINGS, FormFactorOptions, Selection, ShapeFactors, form_factors, json, write};
-use etendue::{LoadOptions, load};
 use etendue_radiosity::form_factor::{Hemisphere, Method, Pairs};
 use etendue_radiosity::{Cutting, PatchSize, Sides};
 use etendue_solvers::CancelToken;
@@ -53,12 +54,8 @@ pub struct FormFactorArguments {
     /// Seed of the rays.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads; all cores otherwise.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    threads: Option<u32>,
-    /// Set a `<default>` parameter of the file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
-    define: Vec<(String, String)>,
+    #[command(flatten)]
+    common: SceneArguments,
     /// No progress.
     #[arg(short, long)]
     quiet: bool,
@@ -82,10 +79,9 @@ fn table(text: &str) -> Result<PathBuf, String> {
 }
 
 pub fn run(a: &FormFactorArguments) -> Done {
-    let threads = a.threads.map(|n| n as usize);
-    let options = LoadOptions { defines: a.define.clone(), threads, bare_meshes: true, ..LoadOptions::default() };
-    let loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
-    output::diagnostics(&loaded.diagnostics, &loaded.description);
+    let threads = a.common.threads();
+    let options = LoadOptions { bare_meshes: true, ..a.common.options(SizeArguments::default()) };
+    let loaded = scene(&a.scene, &options, a.quiet)?;
 
     let size = match (a.patch_size, a.patches) {
         (Some(h), _) => PatchSize::Metres(h),

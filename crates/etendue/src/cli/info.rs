@@ -1,9 +1,10 @@
 //! `etendue info`: what a scene holds.
 
-use super::{Done, output, parse};
+use super::scene::{SceneArguments, SizeArguments, scene};
+use super::{Done, output};
 use clap::Args;
 use etendue::render::filter_words;
-use etendue::{LoadOptions, Stop, load, memory};
+use etendue::{Stop, memory};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -13,15 +14,12 @@ use std::process::ExitCode;
 pub struct InfoArguments {
     /// A scene file, or the name of a built-in scene.
     scene: String,
-    /// Set a `<default>` parameter of the file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
-    define: Vec<(String, String)>,
+    #[command(flatten)]
+    common: SceneArguments,
 }
 
 pub fn run(arguments: &InfoArguments) -> Done {
-    let options = LoadOptions { defines: arguments.define.clone(), ..LoadOptions::default() };
-    let loaded = load(&arguments.scene, &options).map_err(|e| output::load_error(&e))?;
-    output::diagnostics(&loaded.diagnostics, &loaded.description);
+    let loaded = scene(&arguments.scene, &arguments.common.options(SizeArguments::default()), false)?;
     let scene = &loaded.scene;
     let row = |name: &str, words: String| output::result(&format!("{name:<12}{words}"));
     row("scene", loaded.name.clone());

@@ -1,11 +1,11 @@
 //! `etendue measure`.
 
 use super::radiosity::{SolutionArguments, solved};
+use super::scene::{SceneArguments, SizeArguments, scene};
 use super::{Done, files, output, parse};
 use clap::{Args, ValueEnum};
 use etendue::radiosity::export::LUMINOUS_EFFICACY;
 use etendue::radiosity::measure::{Grid, Reading, false_colour, read};
-use etendue::{LoadOptions, load};
 use etendue_image::{SaveOptions, save, write_atomically};
 use etendue_solvers::irradiance::Meter;
 use glam::DVec3;
@@ -54,9 +54,8 @@ pub struct MeasureArguments {
     json: bool,
     #[command(flatten)]
     solution: SolutionArguments,
-    /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
-    define: Vec<(String, String)>,
+    #[command(flatten)]
+    common: SceneArguments,
     /// Show nothing but errors and results.
     #[arg(short, long)]
     quiet: bool,
@@ -112,17 +111,13 @@ pub fn run(a: &MeasureArguments) -> Done {
     if grid.is_none() && a.output.iter().any(|p| p.extension().is_some_and(|e| e == "png")) {
         return Err("a false-colour picture wants a --grid".to_owned());
     }
-    let threads = a.solution.threads();
-    let options = LoadOptions { defines: a.define.clone(), threads, ..LoadOptions::default() };
-    let loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
-    if !a.quiet {
-        output::diagnostics(&loaded.diagnostics, &loaded.description);
-    }
+    let threads = a.common.threads();
+    let loaded = scene(&a.scene, &a.common.options(SizeArguments::default()), a.quiet)?;
 
     let k = a.luminous_efficacy;
     let mut series: Vec<Series> = Vec::new();
     if a.by != By::Path {
-        let (solution, ..) = solved(&loaded, &a.solution, a.quiet)?;
+        let (solution, ..) = solved(&loaded, &a.solution, threads, a.quiet)?;
         let readings = read(&loaded, Some(&solution), &meters, a.rays, a.solution.seed, k, threads);
         series.push(("radiosity", readings.map_err(|e| e.to_string())?));
     }

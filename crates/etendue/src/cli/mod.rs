@@ -15,6 +15,7 @@ mod parse;
 mod progress;
 mod radiosity;
 mod render;
+mod scene;
 mod scenes;
 mod solvers;
 mod summary;

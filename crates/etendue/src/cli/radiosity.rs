@@ -1,12 +1,13 @@
 //! `etendue radiosity`.
 
 use super::interrupt::{Words, stop_on_ctrl_c};
+use super::scene::{SceneArguments, ViewArguments, scene};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, parse};
 use clap::{Args, ValueEnum};
+use etendue::Loaded;
 use etendue::radiosity::bounces::bounce_pictures;
 use etendue::radiosity::{Report, View, export, look, solve};
-use etendue::{LoadOptions, Loaded, load};
 use etendue_image::{Format, Picture, SaveOptions, save, write_atomically};
 use etendue_radiosity::Solved;
 use etendue_radiosity::patch::PatchSize;
@@ -54,18 +55,10 @@ pub struct RadiosityArguments {
     /// Display rays a pixel; the scene's own otherwise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
-    /// Width of the picture in pixels.
-    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..))]
-    width: Option<u32>,
-    /// Height of the picture in pixels.
-    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
-    height: Option<u32>,
-    /// Which of the scene's sensors, counted from 0.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    view: usize,
-    /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
-    define: Vec<(String, String)>,
+    #[command(flatten)]
+    view: ViewArguments,
+    #[command(flatten)]
+    common: SceneArguments,
     /// Write one JSON object with the numbers of the solution.
     #[arg(long, value_name = "FILE")]
     stats: Option<PathBuf>,
@@ -103,9 +96,6 @@ pub struct SolutionArguments {
     /// Seed of all rays.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// Threads; all cores otherwise.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
 }
 
 /// The ways to find form factors.
@@ -158,11 +148,6 @@ impl SolutionArguments {
             ..Settings::default()
         }
     }
-
-    /// Threads.
-    pub fn threads(&self) -> Option<usize> {
-        self.threads.map(usize::from)
-    }
 }
 
 fn file(text: &str) -> Result<PathBuf, String> {
@@ -179,7 +164,12 @@ fn ending(path: &Path) -> String {
 }
 
 /// Solves with a bar; the first Ctrl-C ends the sweeps.
-pub fn solved(loaded: &Loaded, a: &SolutionArguments, quiet: bool) -> Result<(Solved, Report, Arc<CancelToken>), String> {
+pub fn solved(
+    loaded: &Loaded,
+    a: &SolutionArguments,
+    threads: Option<usize>,
+    quiet: bool,
+) -> Result<(Solved, Report, Arc<CancelToken>), String> {
     let cancel = Arc::new(CancelToken::default());
     let words = Words {
         asked: Some("stopping after this sweep (Ctrl-C again to quit at once)"),
@@ -201,7 +191,7 @@ pub fn solved(loaded: &Loaded, a: &SolutionArguments, quiet: bool) -> Result<(So
         }
         !cancel.is_cancelled()
     };
-    let found = solve(loaded, &a.settings(), a.threads(), &told);
+    let found = solve(loaded, &a.settings(), threads, &told);
     bar.finish_and_clear();
     let (solved, report) = found.map_err(|e| e.to_string())?;
     if !quiet {
@@ -212,21 +202,17 @@ pub fn solved(loaded: &Loaded, a: &SolutionArguments, quiet: bool) -> Result<(So
 
 pub fn run(a: &RadiosityArguments) -> Done {
     a.output.iter().chain(&a.stats).try_for_each(|path| files::writable(path))?;
-    let threads = a.solution.threads();
-    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads, ..LoadOptions::default() };
-    let loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
-    if !a.quiet {
-        output::diagnostics(&loaded.diagnostics, &loaded.description);
-    }
+    let threads = a.common.threads();
+    let loaded = scene(&a.scene, &a.common.options(a.view.size), a.quiet)?;
     let default = || vec![PathBuf::from(format!("{}.exr", loaded.name)), PathBuf::from(format!("{}.png", loaded.name))];
     let outputs = if a.output.is_empty() { default() } else { a.output.clone() };
     let (tables, pictures): (Vec<_>, Vec<_>) = outputs.iter().partition(|p| export::ENDINGS.contains(&ending(p).as_str()));
-    let view = loaded.scene.views.get(a.view);
+    let view = loaded.scene.views.get(a.view.view);
     if view.is_none() && (!pictures.is_empty() || a.bounce_images) {
-        return Err(format!("there is no view {}: the scene has {} sensors", a.view, loaded.scene.views.len()));
+        return Err(format!("there is no view {}: the scene has {} sensors", a.view.view, loaded.scene.views.len()));
     }
 
-    let (solved, report, stopped) = solved(&loaded, &a.solution, a.quiet)?;
+    let (solved, report, stopped) = solved(&loaded, &a.solution, threads, a.quiet)?;
     let was_stopped = stopped.is_cancelled();
     let wrote = |path: &Path| {
         if !a.quiet {
@@ -254,7 +240,7 @@ pub fn run(a: &RadiosityArguments) -> Done {
     let all = PathRules::of(&loaded.scene.integrator);
     let most = |n: u32| PathRules { max_edges: n.saturating_add(1), ..all };
     let rules = a.bounces.map_or(PathRules { max_edges: u32::MAX, ..all }, most);
-    let how = View { view: a.view, show, spp, seed: a.solution.seed, rules };
+    let how = View { view: a.view.view, show, spp, seed: a.solution.seed, rules };
     if !pictures.is_empty() {
         let picture = look(&loaded, &solved, &how, threads, cancel).map_err(|e| e.to_string())?;
         for path in &pictures {

@@ -3,13 +3,11 @@
 use super::interrupt::{Words, stop_on_ctrl_c};
 use super::parse::{self, Depth};
 use super::progress::{Display, NoiseCell, Style};
+use super::scene::{SceneArguments, ViewArguments, scene};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, summary};
 use clap::Args;
-use etendue::{
-    Listener, LoadOptions, RenderOptions, Stop, Stopped, Watch, advise, check, check_per_light, cores, load, render,
-    render_per_light,
-};
+use etendue::{Listener, RenderOptions, Stop, Stopped, Watch, advise, check, check_per_light, cores, render, render_per_light};
 use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
@@ -52,18 +50,8 @@ pub struct RenderArguments {
     /// Seed of all random decisions.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Threads; all cores otherwise. The picture is the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    threads: Option<u16>,
-    /// Width of the picture in pixels; the height follows in proportion unless it is given too.
-    #[arg(long, value_name = "W", value_parser = clap::value_parser!(u32).range(1..))]
-    width: Option<u32>,
-    /// Height of the picture in pixels.
-    #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
-    height: Option<u32>,
-    /// Which of the scene's sensors, counted from 0.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    view: usize,
+    #[command(flatten)]
+    view: ViewArguments,
     /// Edges between eye and light at most: 1 shows emitters only, 2 adds direct light, -1 is unbounded.
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = parse::depth)]
     max_depth: Option<Depth>,
@@ -76,9 +64,8 @@ pub struct RenderArguments {
     /// Point set: sobol, stratified, independent.
     #[arg(long, value_name = "NAME", value_parser = parse::sequence)]
     sampler: Option<SequenceKind>,
-    /// Set a `<default>` parameter of the scene file.
-    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = parse::define)]
-    define: Vec<(String, String)>,
+    #[command(flatten)]
+    common: SceneArguments,
     /// Layers in the EXR beside the picture: albedo, normal, geometric-normal, depth, position, uv, …
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse::quantity)]
     aov: Vec<Quantity>,
@@ -116,17 +103,16 @@ pub fn run(a: &RenderArguments) -> Done {
         files::writable(path)?;
     }
     let resume = a.resume.as_deref().map(read_checkpoint).transpose()?;
-    let threads = a.threads.map(usize::from);
-    let options = LoadOptions { defines: a.define.clone(), width: a.width, height: a.height, threads, ..LoadOptions::default() };
-    let mut loaded = load(&a.scene, &options).map_err(|e| output::load_error(&e))?;
+    let threads = a.common.threads();
+    let mut loaded = scene(&a.scene, &a.common.options(a.view.size), a.quiet)?;
     let pictures = pictures(a, &loaded.name);
     if a.output.is_empty() {
         pictures.iter().try_for_each(|path| files::writable(path))?;
     }
-    let view = loaded.scene.views.get(a.view).or(loaded.scene.views.first());
+    let view = loaded.scene.views.get(a.view.view).or(loaded.scene.views.first());
     let stop = stop(a).or(view.map(|v| Stop::Samples(v.sampler.count))).unwrap_or(Stop::Samples(1));
     let mut options = RenderOptions {
-        view: a.view,
+        view: a.view.view,
         solver: a.solver.clone(),
         because: None,
         parameters: a.param.clone(),
@@ -140,9 +126,6 @@ pub fn run(a: &RenderArguments) -> Done {
         checkpoint_every: a.checkpoint.as_ref().map(|_| a.checkpoint_every),
         resume,
     };
-    if !a.quiet {
-        output::diagnostics(&loaded.diagnostics, &loaded.description);
-    }
     if let Some(advice) = advise(&loaded, &options).map_err(|e| e.to_string())? {
         if !a.quiet {
             output::message(&format!("auto: {}, because {}", advice.solver, advice.reason));
@@ -159,10 +142,10 @@ pub fn run(a: &RenderArguments) -> Done {
         }
         let count = loaded.scene.views.len();
         if count > 1 {
-            output::message(&format!("note: the scene has {count} sensors; this renders number {} (--view)", a.view));
+            output::message(&format!("note: the scene has {count} sensors; this renders number {} (--view)", a.view.view));
         }
         let solver = options.solver.as_deref().unwrap_or(&loaded.scene.integrator.solver);
-        output::message(&summary::headline(&loaded, a.view, solver, stop, threads.unwrap_or_else(cores)));
+        output::message(&summary::headline(&loaded, a.view.view, solver, stop, threads.unwrap_or_else(cores)));
     }
     let noise = Arc::new(NoiseCell::default());
     let watch = Arc::new(Watch { events: Some(listener(a, &noise)), ..Watch::default() });

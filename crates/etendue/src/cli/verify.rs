@@ -67,8 +67,8 @@ pub fn run(a: &VerifyArguments) -> Done {
         size: a.size,
         blocks: a.blocks.unwrap_or(if a.accept { 8 } else { 4 }),
         seed: a.common.seed,
-        threads: a.common.threads(),
-        defines: a.common.define.clone(),
+        threads: a.common.scene.threads(),
+        defines: a.common.scene.define.clone(),
         standard: Standard { alpha: 0.01 * a.alpha, bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound },
     };
     if a.accept {

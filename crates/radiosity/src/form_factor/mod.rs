@@ -15,6 +15,7 @@
 //! close the rows as far as double precision goes.
 
 mod area;
+mod blocked;
 mod hemisphere;
 mod method;
 mod pairs;

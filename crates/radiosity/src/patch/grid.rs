@@ -11,7 +11,9 @@
 //! The bands of a sphere and the rings of a disk have b 2^k cells, one b (3, 4 or 5) for all: sides of neighbours are wholes or halves of each other.
 //! Two charts that share a whole side of one length cut it alike. Round shapes no larger than h stay whole.
 
-use super::chart::{Chart, Round, Span};
+use super::chart::Chart;
+use super::round::Round;
+use super::span::Span;
 use glam::DVec2;
 use std::f64::consts::{PI, TAU};
 

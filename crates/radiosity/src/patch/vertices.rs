@@ -4,7 +4,7 @@
 //! has a vertex of its own and the discontinuity stays. A vertex within the side of a larger patch (a T-junction) hangs: its value is not free
 //! but that of the side's ends, interpolated ([`Hanging`]), so that no crack shows.
 
-use super::chart::Round;
+use super::round::Round;
 use super::{Chart, NONE, Patches};
 use etendue_scene::Scene;
 use glam::{DVec2, DVec3, I64Vec3};

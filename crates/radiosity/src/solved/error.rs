@@ -1,0 +1,75 @@
+//! Why there is no solution, in words.
+
+use super::Factors;
+use crate::form_factor::Cancelled;
+use crate::patch::TooMany;
+use crate::solve::direct::TooLarge;
+use std::fmt;
+
+/// Why there is no solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Error {
+    /// More patches than can be numbered.
+    TooMany(TooMany),
+    /// The method does not fit.
+    TooLarge(TooLarge),
+    /// There are too many pairs for a method that goes through all.
+    Pairs {
+        /// Patches.
+        patches: usize,
+        /// The method.
+        factors: Factors,
+    },
+    /// The factors would not fit into memory.
+    Memory {
+        /// Patches.
+        patches: usize,
+        /// Bytes that the factors would take, at most.
+        bytes: u64,
+        /// How many patches would fit.
+        fit: usize,
+    },
+    /// It was stopped before there was anything to show.
+    Cancelled,
+}
+
+impl From<Cancelled> for Error {
+    fn from(Cancelled: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+impl From<TooLarge> for Error {
+    fn from(e: TooLarge) -> Self {
+        Self::TooLarge(e)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooMany(TooMany { patches, most, size: Some(size) }) => {
+                write!(f, "there would be {patches} patches, and {most} are the most; patches of {size:.4} m fit")
+            }
+            Self::TooMany(TooMany { patches, most, size: None }) => {
+                write!(f, "the scene has {patches} pieces before any is cut, and {most} patches are the most")
+            }
+            Self::TooLarge(e) => e.fmt(f),
+            Self::Pairs { patches, factors } => write!(
+                f,
+                "`{}` goes through all pairs, {:.0} million of {patches} patches, and takes {} patches at most; `hemisphere` fits",
+                factors.name(),
+                (*patches as f64).powi(2) / 2e6,
+                factors.most()
+            ),
+            Self::Memory { patches, bytes, fit } => write!(
+                f,
+                "form factors of {patches} patches would take up to {:.1} GiB, which cannot be had; {fit} patches fit",
+                *bytes as f64 / f64::from(1 << 30)
+            ),
+            Self::Cancelled => f.write_str("stopped before there was a solution"),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
