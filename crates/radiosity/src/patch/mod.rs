@@ -99,7 +99,7 @@ pub struct Patch {
 pub struct Object {
     /// The surface.
     pub surface: SurfaceId,
-    /// The instance that shows it, or [`NO_INSTANCE`].
+    /// The instance that shows it, or [`NO_INSTANCE`](etendue_scene::NO_INSTANCE).
     pub instance: u32,
     /// Its charts, indices of [`Patches::charts`].
     pub charts: Range<u32>,
