@@ -5,7 +5,7 @@ use crate::render::{RenderError, software};
 use etendue_numerics::kernel::Kernel;
 use etendue_scene::Scene;
 use etendue_solvers::AnySolver;
-use etendue_solvers::agreement::{Grid, Renderer, Standard, Trial};
+use etendue_solvers::agreement::{Grid, NoPicture, Renderer, Standard, Trial};
 use serde::Serialize;
 
 /// Why there is no result.
@@ -22,6 +22,15 @@ pub enum ExperimentError {
 impl From<RenderError> for ExperimentError {
     fn from(e: RenderError) -> Self {
         Self::Words(e.to_string())
+    }
+}
+
+impl From<NoPicture> for ExperimentError {
+    fn from(why: NoPicture) -> Self {
+        match why {
+            NoPicture::Cancelled => Self::Cancelled,
+            NoPicture::Failed(why) => Self::Words(why.to_string()),
+        }
     }
 }
 

@@ -77,7 +77,7 @@ pub struct Rendering {
     pub stopped: Stopped,
     /// Why the picture is black, if it is.
     pub black: Vec<String>,
-    /// The words of a panic that ended the render early; the picture holds what was rendered before.
+    /// Why the render ended early, if its solver could not go on or panicked; the picture holds what was rendered before.
     pub failure: Option<String>,
 }
 
@@ -168,7 +168,11 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         Choice::Quantity(aov) => (aov.0.name(), guarded(|| etendue_solvers::render(aov, "aov", scene, &run, &film, resume))),
     };
     let (end, failure) = match attempt {
-        Ok(outcome) => (End::of(&outcome.map_err(|e| RenderError(e.to_string()))?), None),
+        Ok(outcome) => {
+            let outcome = outcome.map_err(|e| RenderError(e.to_string()))?;
+            let failure = if let Stopped::Failed(why) = outcome.stopped { Some(why.to_string()) } else { None };
+            (End::of(&outcome), failure)
+        }
         Err(words) => {
             let passes = watch.progress.passes.load(Ordering::Relaxed) as u32;
             (End { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed(), books: None }, Some(words))
@@ -202,7 +206,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         nonfinite_first: first.iter().map(|NonFinite { pixel, sample }| [pixel[0], pixel[1], *sample]).collect(),
         triangles: scene.triangles,
         mean,
-        stopped: if failure.is_some() { "failed" } else { stopped_word(end.stopped) }.to_owned(),
+        stopped: if failure.is_some() { FAILED } else { stopped_word(end.stopped) }.to_owned(),
         noise_percent: end.noise.map(|n| <[f64; 3]>::from(n.percent())),
         lights: Vec::new(),
         books: end.books,
@@ -270,6 +274,9 @@ fn digest(loaded: &Loaded, view: usize, rules: &PathRules, sequence: SequenceKin
     digest.finish()
 }
 
+/// How [`Stats`] call the end of a render that could not go on.
+const FAILED: &str = "failed";
+
 fn stopped_word(stopped: Stopped) -> &'static str {
     match stopped {
         Stopped::Samples => "samples",
@@ -277,5 +284,6 @@ fn stopped_word(stopped: Stopped) -> &'static str {
         Stopped::Noise => "noise",
         Stopped::Limit => "limit",
         Stopped::Cancelled => "cancelled",
+        Stopped::Failed(_) => FAILED,
     }
 }

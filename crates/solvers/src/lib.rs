@@ -51,5 +51,5 @@ pub mod whitted;
 pub use drivers::{Balance, Checkpoint, Outcome, Work, render};
 pub use parameters::{ParameterError, ParameterInfo};
 pub use run::{CancelToken, Event, Progress, Run, Stop, Stopped};
-pub use solver::{AnySolver, Estimates, Refusal, SOLVERS, Solver, SolverInfo};
+pub use solver::{AnySolver, CannotGoOn, Estimates, Refusal, SOLVERS, Solver, SolverInfo};
 pub use transport::PathRules;

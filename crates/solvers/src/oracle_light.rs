@@ -15,7 +15,7 @@
 
 use crate::drivers::{Balance, Books, ParticleSolver, Work, particles};
 use crate::run::Run;
-use crate::solver::{Needs, Solver};
+use crate::solver::{CannotGoOn, Needs, Solver};
 use crate::transport::{LightContext, Tally};
 use etendue_bsdf::Scatter;
 use etendue_numerics::math::{TAU, safe_sqrt, sin_cos};
@@ -136,8 +136,9 @@ impl Solver for LightOracle {
         Books::default()
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         particles::pass(self, scene, run, books, k, work);
+        Ok(())
     }
 
     fn books(&self, books: &Books) -> Option<Balance> {

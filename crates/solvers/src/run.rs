@@ -1,6 +1,7 @@
 //! What a render is given: seeds, rules, threads, and the means to watch and to stop it. No globals.
 
 use crate::drivers::Checkpoint;
+use crate::solver::CannotGoOn;
 use crate::transport::PathRules;
 use etendue_film::NoiseEstimate;
 use etendue_numerics::SequenceKind;
@@ -24,7 +25,7 @@ pub enum Stop {
 }
 
 /// Why a render ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stopped {
     /// All samples were taken.
     Samples,
@@ -36,6 +37,8 @@ pub enum Stopped {
     Limit,
     /// Somebody asked it to stop.
     Cancelled,
+    /// The solver could not go on.
+    Failed(CannotGoOn),
 }
 
 /// A request to stop, shared between threads.

@@ -7,6 +7,7 @@ use crate::drivers::{Balance, Work};
 use crate::light::Light;
 use crate::light_nee::LightNee;
 use crate::metropolis::Metropolis;
+use crate::metropolis::bootstrap::ReplayDiffers;
 use crate::parameters::{self, Parameter, ParameterError, ParameterInfo};
 use crate::path::Path;
 use crate::path_mis::PathMis;
@@ -19,6 +20,7 @@ use crate::whitted::Whitted;
 use etendue_scene::{Integrator, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::fmt;
 
 /// A way to solve the rendering equation, in passes: pass k is a pure function of (seed, k, the state after pass k - 1).
 pub trait Solver: Sync {
@@ -49,9 +51,26 @@ pub trait Solver: Sync {
     /// The state before pass 0.
     fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Self::State;
 
-    /// Pass k: adds what it measures to `work.film`.
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut Self::State, k: u32, work: &Work<'_>);
+    /// Pass k: adds what it measures to `work.film`. An error ends the render, which keeps what it has.
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut Self::State, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn>;
 }
+
+/// Why a solver cannot go on: it has found out that what it would add could not be trusted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CannotGoOn {
+    /// A path was another when it was replayed from the numbers that it was made of.
+    Replay(ReplayDiffers),
+}
+
+impl fmt::Display for CannotGoOn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Replay(differs) => differs.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for CannotGoOn {}
 
 /// Capabilities that a solver asks of a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -20,7 +20,7 @@
 use crate::drivers::{PixelSolver, Work, pixels};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
-use crate::solver::{Estimates, Needs, Solver};
+use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{Branch, Context, EachLight, PathState, Vertex, arrives, connection, emission, slot};
 use etendue_bsdf::Scatter;
 use etendue_numerics::{Sampler, Spectrum, Vec3};
@@ -59,8 +59,9 @@ impl Solver for Whitted {
 
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         pixels::pass(&Tree { ambient: self.ambient, lights: EachLight::new(scene) }, scene, run, k, work);
+        Ok(())
     }
 }
 

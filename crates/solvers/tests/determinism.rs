@@ -6,9 +6,12 @@ use common::*;
 use etendue_film::Film;
 use etendue_numerics::SequenceKind;
 use etendue_scene::Scene;
+use etendue_solvers::agreement::{NoPicture, Trial};
+use etendue_solvers::metropolis::bootstrap::ReplayDiffers;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::path_nee::PathNee;
-use etendue_solvers::{CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
+use etendue_solvers::solver::Needs;
+use etendue_solvers::{CancelToken, CannotGoOn, Checkpoint, Event, Outcome, PathRules, Progress, Run, Solver, Stop, Stopped, Work};
 use std::sync::Mutex;
 use std::time::Duration;
 
@@ -154,6 +157,45 @@ fn stopped_and_resumed_is_undisturbed() {
         assert_eq!(end.noise, outcome.noise);
         assert!(bits(&finished) == bits(&undisturbed), "{stop:?}");
     }
+}
+
+/// `path-nee`, which finds out in its third pass that it cannot go on.
+struct Unsure;
+
+const DIFFERS: CannotGoOn = CannotGoOn::Replay(ReplayDiffers { edges: 3, path: 7, drawn: 1.0, replayed: 2.0 });
+
+impl Solver for Unsure {
+    type State = ();
+
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    fn units(&self, size: [u32; 2]) -> usize {
+        Solver::units(&PathNee, size)
+    }
+
+    fn prepare(&self, _: &Scene, _: &Run<'_>) {}
+
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut (), k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
+        if k == 2 { Err(DIFFERS) } else { Solver::pass(&PathNee, scene, run, state, k, work) }
+    }
+}
+
+/// What was rendered before is kept, and whoever asked is told why there is no more.
+#[test]
+fn a_solver_that_cannot_go_on_ends_the_render_with_what_it_has() {
+    let scene = balls(BOX);
+    let (film, outcome) = render(&scene, &Unsure, samples(5));
+    assert_eq!((outcome.stopped, outcome.passes), (Stopped::Failed(DIFFERS), 2));
+    assert!(film.develop().iter().all(|p| *p != [0.0; 3]), "the passes before are there");
+
+    let cancel = CancelToken::default();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("threads");
+    let trial = Trial::new(&scene, &pool, &cancel);
+    let replicate = trial.replicate(&*trial.renderer(&Unsure), 4, 0, 0);
+    assert_eq!(replicate.map(|shot| shot.dropped), Err(NoPicture::Failed(DIFFERS)));
+    assert!(DIFFERS.to_string().contains("metropolis cannot go on"));
 }
 
 /// The first pass is finished whatever the clock says.

@@ -183,8 +183,8 @@ pub fn run(a: &RenderArguments) -> Done {
     if !a.quiet {
         summary::tell(&rendering, &pictures, a.noise);
     }
-    if rendering.failure.is_some() {
-        return Err("the render ended early; the picture holds what was done before".to_owned());
+    if let Some(why) = &rendering.failure {
+        return Err(format!("the render ended early: {why}\n  the picture holds what was done before"));
     }
     Ok(if rendering.stopped == Stopped::Cancelled { ExitCode::from(130) } else { ExitCode::SUCCESS })
 }

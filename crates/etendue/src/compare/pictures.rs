@@ -3,7 +3,7 @@
 use super::Budget;
 use super::measure::luminance;
 use crate::experiment::renderer;
-use etendue_solvers::agreement::{Moments, REPLICATES, Renderer, Sample, Trial};
+use etendue_solvers::agreement::{Moments, NoPicture, REPLICATES, Renderer, Sample, Trial};
 use etendue_solvers::{AnySolver, Stop};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -35,7 +35,7 @@ pub(super) struct Standardised {
 pub(super) type Straight = (Pixels, f64, u64, u32, u64, Vec<(u32, f64, Pixels)>);
 
 /// Snapshots after 1, 2, 4, … passes. Their own time is not counted.
-pub(super) fn straight(trial: &Trial<'_>, render: &Renderer<'_>, budget: Budget, stream: u64) -> Option<Straight> {
+pub(super) fn straight(trial: &Trial<'_>, render: &Renderer<'_>, budget: Budget, stream: u64) -> Result<Straight, NoPicture> {
     let stop = match budget {
         Budget::Time(limit) => Stop::Time(limit),
         Budget::Samples(n) => Stop::Samples(n),
@@ -61,11 +61,11 @@ pub(super) fn straight(trial: &Trial<'_>, render: &Renderer<'_>, budget: Budget,
     if series.last().is_none_or(|s| f64::from(passes) > 1.3 * f64::from(s.0)) {
         series.push((passes, seconds, shot.pixels.clone()));
     }
-    Some((shot.pixels, seconds, shot.rays, passes.max(1), shot.dropped, series))
+    Ok((shot.pixels, seconds, shot.rays, passes.max(1), shot.dropped, series))
 }
 
 /// Replicates of so many samples per pixel.
-pub(super) fn spread(trial: &Trial<'_>, render: &Renderer<'_>, spp: u32, stream: u64) -> Option<Spread> {
+pub(super) fn spread(trial: &Trial<'_>, render: &Renderer<'_>, spp: u32, stream: u64) -> Result<Spread, NoPicture> {
     let shape = trial.shape().size;
     let count = shape[0] as usize * shape[1] as usize;
     let mut s = Spread {
@@ -92,7 +92,7 @@ pub(super) fn spread(trial: &Trial<'_>, render: &Renderer<'_>, spp: u32, stream:
         }
         s.luminance.add(luminance(trial.grid().means(&shot.pixels)[0]));
     }
-    Some(s)
+    Ok(s)
 }
 
 impl Spread {
@@ -114,7 +114,7 @@ pub(super) fn long(
     by: Option<usize>,
     budget: Budget,
     spp: Option<u32>,
-) -> Option<Standardised> {
+) -> Result<Standardised, NoPicture> {
     let render = renderer(solver, trial.scene);
     let spp = match (spp, budget) {
         (Some(spp), _) => 4 * spp,
@@ -124,5 +124,5 @@ pub(super) fn long(
     let spread = spread(trial, &*render, spp, 1 << 20)?;
     let words =
         format!("{REPLICATES} replicates of {spp} spp by {}, {:.1} s together", solver.name(), spread.elapsed.as_secs_f64());
-    Some(Standardised { pixels: spread.pixels(), variance: spread.variance(), sample: Some(spread.sample), words, by })
+    Ok(Standardised { pixels: spread.pixels(), variance: spread.variance(), sample: Some(spread.sample), words, by })
 }

@@ -56,9 +56,9 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     for (i, solver) in solvers.iter().enumerate() {
         tell(&format!("rendering with {}", solver.name()));
         let render = renderer(solver, scene);
-        let straight = straight(&trial, &*render, options.budget, i as u64).ok_or(ExperimentError::Cancelled)?;
+        let straight = straight(&trial, &*render, options.budget, i as u64)?;
         let spp = (straight.3 / REPLICATES).max(1);
-        let spread = spread(&trial, &*render, spp, 64 + i as u64).ok_or(ExperimentError::Cancelled)?;
+        let spread = spread(&trial, &*render, spp, 64 + i as u64)?;
         runs.push((straight, spread));
     }
 
@@ -71,7 +71,7 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
         }
         (None, Some(solver)) => {
             let by = options.solvers.iter().position(|s| s == solver.name());
-            long(&trial, solver, by, options.budget, by.map(|i| runs[i].1.spp)).ok_or(ExperimentError::Cancelled)?
+            long(&trial, solver, by, options.budget, by.map(|i| runs[i].1.spp))?
         }
         (None, None) => {
             let noise = |i: &usize| relative_variance(&runs[*i].1) * runs[*i].1.elapsed.as_secs_f64();
@@ -81,7 +81,7 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
                     "none of these solvers estimates all light without bias\n  help: name one with --reference".to_owned(),
                 )
             })?;
-            long(&trial, &solvers[best], Some(best), options.budget, Some(runs[best].1.spp)).ok_or(ExperimentError::Cancelled)?
+            long(&trial, &solvers[best], Some(best), options.budget, Some(runs[best].1.spp))?
         }
     };
 

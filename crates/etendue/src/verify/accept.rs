@@ -85,7 +85,7 @@ impl<'a> Part<'a> {
         const FIRST: Duration = Duration::from_millis(500);
         let trial = Trial { rules: bounces.of(trial.rules), ..trial };
         let render = entrant.renderer(trial.scene);
-        let spp = trial.samples_in(&*render, FIRST, K as u32).ok_or(ExperimentError::Cancelled)?;
+        let spp = trial.samples_in(&*render, FIRST, K as u32)?;
         let sums = vec![vec![[0.0; 3]; trial.grid().len()]; K];
         Ok(Self { trial, render, stream, spp, batches: 0, sums, elapsed: Duration::ZERO })
     }
@@ -95,7 +95,7 @@ impl<'a> Part<'a> {
         for _ in 0..batches {
             for (r, sums) in self.sums.iter_mut().enumerate() {
                 let number = self.batches * K as u32 + r as u32;
-                let shot = self.trial.replicate(&*self.render, self.spp, self.stream, number).ok_or(ExperimentError::Cancelled)?;
+                let shot = self.trial.replicate(&*self.render, self.spp, self.stream, number)?;
                 self.elapsed += shot.elapsed;
                 for (sum, mean) in sums.iter_mut().flatten().zip(self.trial.grid().means(&shot.pixels).iter().flatten()) {
                     *sum += mean;

@@ -76,7 +76,7 @@ impl<'a> Oven<'a> {
         let render = entrant.renderer(trial.scene);
         let spp = match options.spp {
             Some(spp) => spp,
-            None => trial.samples_in(&*render, share, REPLICATES).ok_or(ExperimentError::Cancelled)?,
+            None => trial.samples_in(&*render, share, REPLICATES)?,
         };
         let counted = match entrant.estimates {
             Estimates::LightUpTo(edges) => Some(depth.map_or(edges - 1, |n| n.min(edges - 1))),
@@ -106,8 +106,7 @@ impl<'a> Oven<'a> {
     /// More replicates.
     pub(super) fn measure(&mut self, count: u32) -> Stopped<()> {
         for _ in 0..count {
-            let shot = self.trial.replicate(&*self.render, self.spp, self.stream, self.sample.count() as u32);
-            let shot = shot.ok_or(ExperimentError::Cancelled)?;
+            let shot = self.trial.replicate(&*self.render, self.spp, self.stream, self.sample.count() as u32)?;
             self.sample.add(&shot.pixels);
             self.elapsed += shot.elapsed;
         }
@@ -126,8 +125,7 @@ impl<'a> Oven<'a> {
     /// A difference must be there again in fresh replicates, of one of `failed` ovens that are looked at again.
     pub(super) fn confirm(&mut self, standard: &Standard, failed: usize) -> Stopped<()> {
         if self.found.verdict == Verdict::Fail {
-            let fresh = self.trial.sample(&*self.render, self.spp, self.sample.count() as u32, self.stream + (1 << 32));
-            let fresh = fresh.ok_or(ExperimentError::Cancelled)?;
+            let fresh = self.trial.sample(&*self.render, self.spp, self.sample.count() as u32, self.stream + (1 << 32))?;
             let again = judge(&fresh, Expected::Known(&self.known), &standard.widened(self.leeway), failed * self.tests());
             self.seen_once = again.verdict != Verdict::Fail;
         }

@@ -7,7 +7,6 @@ use super::contest::Entrant;
 use super::report::{Bounces, Comparison, Effort};
 use super::schedule::Unjudged;
 use super::{Stopped, VerifyOptions};
-use crate::experiment::ExperimentError;
 use etendue_solvers::agreement::{Pair, Panel, REPLICATES, Standard, Trial, Verdict};
 use etendue_solvers::{Estimates, PathRules};
 use std::time::Duration;
@@ -36,17 +35,17 @@ impl<'a> Round<'a> {
     fn enter(&mut self, entrant: &'a Entrant<'_>, options: &VerifyOptions, share: Duration) -> Stopped<()> {
         let render = entrant.renderer(self.panel.trial.scene);
         let spp = match options.spp {
-            Some(spp) => Some(spp),
-            None => self.panel.trial.samples_in(&*render, share, REPLICATES),
+            Some(spp) => spp,
+            None => self.panel.trial.samples_in(&*render, share, REPLICATES)?,
         };
-        self.panel.enter(&entrant.name, render, spp.ok_or(ExperimentError::Cancelled)?);
+        self.panel.enter(&entrant.name, render, spp);
         let place = self.panel.candidates.len() - 1;
         self.panel.candidates[place].leeway = if self.bounces.most == Some(0) { EMITTERS_LEEWAY } else { entrant.leeway() };
         self.measure(place, REPLICATES)
     }
 
     pub(super) fn measure(&mut self, candidate: usize, count: u32) -> Stopped<()> {
-        self.panel.measure(candidate, count).ok_or(ExperimentError::Cancelled)
+        Ok(self.panel.measure(candidate, count)?)
     }
 
     pub(super) fn judge(&mut self, standard: &Standard, tests: usize) {
@@ -57,7 +56,7 @@ impl<'a> Round<'a> {
     pub(super) fn confirm(&mut self, standard: &Standard, tell: &dyn Fn(&str)) -> Stopped<()> {
         if self.pairs.iter().any(|p| p.verdict == Verdict::Fail) {
             tell("a difference: rendering anew, to see whether it is there again");
-            self.panel.confirm(&mut self.pairs, standard).ok_or(ExperimentError::Cancelled)?;
+            self.panel.confirm(&mut self.pairs, standard)?;
         }
         Ok(())
     }

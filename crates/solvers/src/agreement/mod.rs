@@ -33,7 +33,7 @@ pub use grid::{Area, Grid};
 pub use judge::{Agreement, Expected, Finding, Standard, Verdict, judge, quantile_of_many};
 pub use panel::{Candidate, Pair, Panel};
 pub use sample::Sample;
-pub use trial::{Renderer, Shot, Trial};
+pub use trial::{NoPicture, Renderer, Shot, Trial};
 
 /// Replicates of every estimate, at least: fewer leave Student's t so wide that little can be seen.
 pub const REPLICATES: u32 = 16;

@@ -1,6 +1,6 @@
 //! Several solvers that estimate the same light: every pair is compared.
 
-use super::{Agreement, Expected, REPLICATES, Renderer, Sample, Standard, Trial, Verdict, judge};
+use super::{Agreement, Expected, NoPicture, REPLICATES, Renderer, Sample, Standard, Trial, Verdict, judge};
 use std::time::Duration;
 
 /// One of the solvers.
@@ -59,8 +59,8 @@ impl<'a> Panel<'a> {
         self.candidates.push(Candidate { name, render, spp, leeway: 1.0, sample, elapsed: Duration::ZERO, dropped: 0, stream });
     }
 
-    /// `count` more replicates of candidate `i`; `None` where it was asked to stop.
-    pub fn measure(&mut self, i: usize, count: u32) -> Option<()> {
+    /// `count` more replicates of candidate `i`.
+    pub fn measure(&mut self, i: usize, count: u32) -> Result<(), NoPicture> {
         let Self { trial, candidates } = self;
         let c = &mut candidates[i];
         for _ in 0..count {
@@ -69,7 +69,7 @@ impl<'a> Panel<'a> {
             c.elapsed += shot.elapsed;
             c.dropped += shot.dropped;
         }
-        Some(())
+        Ok(())
     }
 
     /// Comparisons of all pairs.
@@ -96,7 +96,7 @@ impl<'a> Panel<'a> {
 
     /// Renders the candidates of pairs that failed anew, as often as before: rare bright paths make t overstate its case in a few areas, and a
     /// difference that is real is seen again. One that is not becomes inconclusive.
-    pub fn confirm(&self, pairs: &mut [Pair], standard: &Standard) -> Option<()> {
+    pub fn confirm(&self, pairs: &mut [Pair], standard: &Standard) -> Result<(), NoPicture> {
         let failed = pairs.iter().filter(|p| p.verdict == Verdict::Fail).count();
         let tests = failed * 3 * self.trial.grid().len();
         let mut anew: Vec<Option<Sample>> = self.candidates.iter().map(|_| None).collect();
@@ -114,6 +114,6 @@ impl<'a> Panel<'a> {
                 (pair.verdict, pair.seen_once) = (Verdict::Inconclusive, true);
             }
         }
-        Some(())
+        Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use super::{Grid, Sample};
 use crate::drivers::{CannotResume, Outcome};
 use crate::run::{CancelToken, Progress, Run, Stop, Stopped};
-use crate::solver::Solver;
+use crate::solver::{CannotGoOn, Solver};
 use crate::transport::PathRules;
 use etendue_film::{Film, FilmShape};
 use etendue_numerics::SequenceKind;
@@ -33,6 +33,15 @@ pub struct Trial<'a> {
     pub pool: &'a rayon::ThreadPool,
     /// The request to stop.
     pub cancel: &'a CancelToken,
+}
+
+/// Why there is no picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoPicture {
+    /// It was asked to stop.
+    Cancelled,
+    /// The solver could not go on.
+    Failed(CannotGoOn),
 }
 
 /// One picture.
@@ -77,8 +86,14 @@ impl<'a> Trial<'a> {
         mix(self.seed ^ mix(stream ^ mix(u64::from(r) + 1)))
     }
 
-    /// A picture; `watch` is told of every pass, with the film as it is then. `None` where it was asked to stop.
-    pub fn shoot(&self, render: &Renderer<'_>, stop: Stop, seed: u64, watch: &(dyn Fn(u32, &Film) + Sync)) -> Option<Shot> {
+    /// A picture; `watch` is told of every pass, with the film as it is then.
+    pub fn shoot(
+        &self,
+        render: &Renderer<'_>,
+        stop: Stop,
+        seed: u64,
+        watch: &(dyn Fn(u32, &Film) + Sync),
+    ) -> Result<Shot, NoPicture> {
         let film = Film::new(self.shape());
         let progress = Progress::default();
         let events = |event: crate::run::Event<'_>| {
@@ -100,38 +115,42 @@ impl<'a> Trial<'a> {
             checkpoint_every: None,
         };
         // A run that resumes nothing cannot fail to.
-        let outcome = render(&run, &film).ok()?;
-        (outcome.stopped != Stopped::Cancelled).then(|| Shot {
-            pixels: film.develop(),
-            elapsed: outcome.elapsed,
-            rays: progress.rays.load(std::sync::atomic::Ordering::Relaxed),
-            dropped: film.dropped().0,
-        })
+        let outcome = render(&run, &film).map_err(|_| NoPicture::Cancelled)?;
+        match outcome.stopped {
+            Stopped::Cancelled => Err(NoPicture::Cancelled),
+            Stopped::Failed(why) => Err(NoPicture::Failed(why)),
+            Stopped::Samples | Stopped::Time | Stopped::Noise | Stopped::Limit => Ok(Shot {
+                pixels: film.develop(),
+                elapsed: outcome.elapsed,
+                rays: progress.rays.load(std::sync::atomic::Ordering::Relaxed),
+                dropped: film.dropped().0,
+            }),
+        }
     }
 
     /// Replicate `r` of `spp` samples per pixel.
-    pub fn replicate(&self, render: &Renderer<'_>, spp: u32, stream: u64, r: u32) -> Option<Shot> {
+    pub fn replicate(&self, render: &Renderer<'_>, spp: u32, stream: u64, r: u32) -> Result<Shot, NoPicture> {
         self.shoot(render, Stop::Samples(spp), self.seed_of(stream, r), &|_, _| ())
     }
 
     /// `k` replicates of `spp` samples per pixel.
-    pub fn sample(&self, render: &Renderer<'_>, spp: u32, k: u32, stream: u64) -> Option<Sample> {
+    pub fn sample(&self, render: &Renderer<'_>, spp: u32, k: u32, stream: u64) -> Result<Sample, NoPicture> {
         let mut sample = Sample::new(self.grid());
         for r in 0..k {
             sample.add(&self.replicate(render, spp, stream, r)?.pixels);
         }
-        Some(sample)
+        Ok(sample)
     }
 
     /// Samples per pixel, a power of two, of which `k` replicates take about `time`: from a few short pictures, which are thrown away.
-    pub fn samples_in(&self, render: &Renderer<'_>, time: Duration, k: u32) -> Option<u32> {
+    pub fn samples_in(&self, render: &Renderer<'_>, time: Duration, k: u32) -> Result<u32, NoPicture> {
         let slice = time.as_secs_f64() / f64::from(k.max(1));
         let mut spp = 1u32;
         loop {
             let took = self.shoot(render, Stop::Samples(spp), self.seed_of(u64::MAX, spp), &|_, _| ())?.elapsed.as_secs_f64();
             if took >= 0.25 * slice || spp >= 1 << 15 {
                 let times = (slice / took.max(1e-9)).log2().round().clamp(-16.0, 4.0);
-                return Some((f64::from(spp) * times.exp2()).max(1.0) as u32);
+                return Ok((f64::from(spp) * times.exp2()).max(1.0) as u32);
             }
             spp *= if took < 0.05 * slice { 4 } else { 2 };
         }

@@ -45,7 +45,7 @@ use crate::drivers::Work;
 use crate::drivers::pixels::{SamplePlan, Tiling, camera_ray};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
-use crate::solver::{Needs, Solver};
+use crate::solver::{CannotGoOn, Needs, Solver};
 use crate::transport::{Context, Heuristic, PathRules, PathState, Throughput};
 use etendue_film::{Splat, Tile};
 use etendue_numerics::{Numbers, Spectrum, Vec2};
@@ -201,7 +201,7 @@ impl Solver for Bidirectional {
         Worth::by_trial(self.faint, &self.strategies(scene, run), run)
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let strategies = Strategies { worth: *worth, ..self.strategies(scene, run) };
         let plan = SamplePlan::new(run, k);
         let tiling = Tiling::coarse(work.film.shape().size);
@@ -224,6 +224,7 @@ impl Solver for Bidirectional {
                 work.progress.paths.fetch_add(2 * count, Ordering::Relaxed);
             },
         );
+        Ok(())
     }
 }
 

@@ -90,7 +90,9 @@ pub fn render<S: Solver>(
         let stop_now = || run.cancel.is_cancelled() || time_up();
         if !stop_now() {
             let work = Work { film, replicates: replicates.as_ref(), units: &ledger, stop_now: &stop_now, progress: run.progress };
-            run.pool.install(|| solver.pass(scene, run, &mut state, k, &work));
+            if let Err(why) = run.pool.install(|| solver.pass(scene, run, &mut state, k, &work)) {
+                break Stopped::Failed(why);
+            }
         }
         if stop_now() && !ledger.is_complete() {
             break if run.cancel.is_cancelled() { Stopped::Cancelled } else { Stopped::Time };

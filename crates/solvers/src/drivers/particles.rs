@@ -65,8 +65,9 @@ macro_rules! solve_by_particles {
                 books: &mut Self::State,
                 k: u32,
                 work: &$crate::Work<'_>,
-            ) {
+            ) -> Result<(), $crate::solver::CannotGoOn> {
                 $crate::drivers::particles::pass(self, scene, run, books, k, work);
+                Ok(())
             }
 
             fn books(&self, books: &Self::State) -> Option<$crate::Balance> {

@@ -2,7 +2,7 @@
 
 use super::Work;
 use crate::run::{Run, Stop};
-use crate::solver::{Estimates, Needs, Solver};
+use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
@@ -67,8 +67,9 @@ impl<T: PixelSolver> Solver for T {
 
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         pass(self, scene, run, k, work);
+        Ok(())
     }
 }
 

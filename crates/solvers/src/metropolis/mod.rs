@@ -21,7 +21,7 @@
 //! | replicates | with a noise target each replicate has its own bootstrap and its own chains |
 //!
 //! Every chain begins by replaying its first path from the numbers that it keeps; where that does not give the same f to the bit, the path is not a
-//! function of these numbers, nothing that follows can be trusted, and the render ends.
+//! function of these numbers, nothing that follows can be trusted, and the render ends with what it has ([`CannotGoOn`]).
 //!
 //! A pass makes as many mutations as the film has pixels, shared among the chains. Their number is a parameter, never that of the threads.
 //!
@@ -45,9 +45,9 @@ use crate::drivers::pixels::{self, SamplePlan, Tiling};
 use crate::parameters::{Parameter, Slot};
 use crate::path_mis::PathMis;
 use crate::run::Run;
-use crate::solver::{Needs, Solver};
+use crate::solver::{CannotGoOn, Needs, Solver};
 use crate::transport::PathRules;
-use bootstrap::{Chains, Launch};
+use bootstrap::{Chains, Launch, ReplayDiffers};
 use chain::Output;
 use etendue_film::Replicates;
 use etendue_numerics::sequence::mix;
@@ -145,7 +145,7 @@ impl Metropolis {
         mutations: u64,
         state: &'s mut State,
         work: &Work<'_>,
-    ) -> &'s mut Chains {
+    ) -> Result<&'s mut Chains, ReplayDiffers> {
         if state.0.len() <= plan.replicate {
             state.0.resize_with(plan.replicate + 1, Chains::default);
         }
@@ -159,9 +159,9 @@ impl Metropolis {
             let paths = u64::from(self.bootstrap).min(in_proportion.max(u64::from(LEAST))) as u32;
             let launch = Launch { lengths, seed, paths, chains: self.chains };
             let measure = |at: &space::Point<'_>, out: &mut Measured, scratch: &mut Scratch| space.measure(at, out, scratch);
-            *chains = launch.run(age, &measure, &work.progress.rays).unwrap_or_else(|refusal| panic!("{refusal}"));
+            *chains = launch.run(age, &measure, &work.progress.rays)?;
         }
-        chains
+        Ok(chains)
     }
 }
 
@@ -180,7 +180,7 @@ impl Solver for Metropolis {
         State::default()
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let film = &scene.views[run.view].film;
         let tiles = Tiling::new(film.crop_size).len();
         let plan = SamplePlan::new(run, k);
@@ -189,16 +189,16 @@ impl Solver for Metropolis {
             None => (0..tiles).for_each(|unit| work.units.done(unit)),
         }
         if (work.stop_now)() {
-            return;
+            return Ok(());
         }
         let Some(rules) = self.chained(run.rules) else {
             (tiles..work.units.len()).for_each(|unit| work.units.done(unit));
-            return;
+            return Ok(());
         };
 
         let space = Space::new(scene, run, rules);
         let mutations = u64::from(film.crop_size[0]) * u64::from(film.crop_size[1]);
-        let Chains { chains, brightness, .. } = self.chains(&space, &plan, mutations, state, work);
+        let Chains { chains, brightness, .. } = self.chains(&space, &plan, mutations, state, work).map_err(CannotGoOn::Replay)?;
         let (count, brightness) = (chains.len() as u64, *brightness);
         let first_of = |i: usize| i as u64 * mutations / count.max(1);
         chains.par_chunks_mut(GROUP).enumerate().for_each_init(
@@ -226,6 +226,7 @@ impl Solver for Metropolis {
         // No light, no chains.
         let left = if count == 0 { tiles..work.units.len() } else { 0..0 };
         left.for_each(|unit| work.units.done(unit));
+        Ok(())
     }
 }
 

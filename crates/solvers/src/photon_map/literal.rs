@@ -8,7 +8,7 @@ use super::{PhotonMap, State, radius};
 use crate::drivers::pixels::{self, PixelSolver, Tiling};
 use crate::drivers::{Books, Work};
 use crate::run::Run;
-use crate::solver::{Estimates, Needs, Solver};
+use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{Context, PathState, Vertex, slot};
 use etendue_numerics::math::PI;
 use etendue_numerics::{Dim, Frame, Ray, Sampler, Spectrum, Wavelengths};
@@ -106,11 +106,12 @@ impl Solver for Literal {
         self.0.prepare(scene, run)
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let r = radius::radius_of_pass(state.radius, self.0.alpha, k);
         let shot: Option<Books> = state.map.shoot(&self.0, scene, run, k, r, work);
         if shot.is_some() {
             pixels::pass(&Eye { solver: self, map: &state.map }, scene, run, k, work);
         }
+        Ok(())
     }
 }

@@ -40,7 +40,7 @@ use crate::drivers::pixels::{self, PixelSolver, Tiling};
 use crate::drivers::{Balance, Books, Work};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
-use crate::solver::{Estimates, Needs, Solver};
+use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{
     Came, Context, Heuristic, PathState, Vertex, VertexSample, arrives, emission, mis_weight, next_event, slot,
 };
@@ -184,15 +184,16 @@ impl Solver for PhotonMap {
         State { radius: if self.radius > 0.0 { self.radius } else { by_pixels() }, ..State::default() }
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let r = radius::radius_of_pass(state.radius, self.alpha, k);
-        let Some(books) = state.map.shoot(self, scene, run, k, r, work) else { return };
+        let Some(books) = state.map.shoot(self, scene, run, k, r, work) else { return Ok(()) };
         // A pass that was stopped among its tiles shoots the same photons again.
         if state.booked <= k {
             state.books = state.books.merged(&books);
             state.booked = k + 1;
         }
         pixels::pass(&Eye { solver: self, map: &state.map }, scene, run, k, work);
+        Ok(())
     }
 }
 

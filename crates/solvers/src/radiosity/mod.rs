@@ -28,7 +28,7 @@ pub use shown::{Show, Shown};
 use crate::drivers::{Balance, Work, pixels};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
-use crate::solver::{Estimates, Needs, Refusal, Solver};
+use crate::solver::{CannotGoOn, Estimates, Needs, Refusal, Solver};
 use etendue_radiosity::patch::PatchSize;
 use etendue_radiosity::solved::{Factors, Method, Settings, Solved};
 use etendue_scene::Scene;
@@ -139,12 +139,13 @@ impl Solver for Radiosity {
         State::default()
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut State, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let shown = state.shown.get_or_insert_with(|| {
             let goes_on = |_| !(work.stop_now)();
             let solved = Solved::new(scene, &self.settings(run.seed), &goes_on);
             Box::new(solved.map(|s| Shown::new(scene, &s, &run.rules, Show::nth(self.show))).unwrap_or_default())
         });
         pixels::pass(&Look(shown), scene, run, k, work);
+        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Renders that stop in the middle of a pass and go on from bytes.
 
 use super::*;
-use etendue_solvers::solver::Needs;
+use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::{Balance, Checkpoint, Event, Stopped, Work};
 use std::sync::Mutex;
 use std::sync::atomic::Ordering::Relaxed;
@@ -33,14 +33,14 @@ impl<S: Solver> Solver for Interrupted<'_, S> {
         self.solver.prepare(scene, run)
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut S::State, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, state: &mut S::State, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let stop_now = || {
             if self.at.is_some_and(|(pass, units)| k == pass && work.progress.tiles.load(Relaxed) >= units) {
                 self.cancel.cancel();
             }
             (work.stop_now)()
         };
-        self.solver.pass(scene, run, state, k, &Work { stop_now: &stop_now, ..*work });
+        self.solver.pass(scene, run, state, k, &Work { stop_now: &stop_now, ..*work })
     }
 }
 

@@ -4,7 +4,7 @@ use etendue_film::Splat;
 use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::Scene;
 use etendue_solvers::bidirectional::{Bidirectional, Found, Joint, Paths};
-use etendue_solvers::solver::Needs;
+use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::transport::{PathState, slot};
 use etendue_solvers::{Run, Solver, Work};
 
@@ -72,7 +72,7 @@ impl Solver for Saboteur {
 
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let all = Bidirectional::default().strategies(scene, run);
         let [width, height] = work.film.shape().size;
         let (mut tile, mut splats, mut paths) = (work.film.tile(), Vec::new(), Paths::default());
@@ -94,5 +94,6 @@ impl Solver for Saboteur {
         let twice = if self.0 == SplatsNotNormalised { 2 } else { 1 };
         work.film.start_particles(twice * u64::from(width) * u64::from(height));
         work.units.done(0);
+        Ok(())
     }
 }

@@ -4,7 +4,7 @@ use etendue_bsdf::Scatter;
 use etendue_numerics::{Sampler, Spectrum, Vec3};
 use etendue_scene::Scene;
 use etendue_solvers::drivers::{Books, ParticleSolver, particles};
-use etendue_solvers::solver::Needs;
+use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::transport::{LightContext, Particle, SensorQuery, Tally, Vertex, emitter_to_sensor, to_sensor};
 use etendue_solvers::{Run, Solver, Work};
 
@@ -122,11 +122,12 @@ impl Solver for Saboteur {
         Books::default()
     }
 
-    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) {
+    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         particles::pass(self, scene, run, books, k, work);
         if self.is(SplatsNotNormalised) {
             let [width, height] = work.film.shape().size;
             work.film.start_particles(u64::from(width) * u64::from(height));
         }
+        Ok(())
     }
 }
