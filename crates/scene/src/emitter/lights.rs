@@ -12,7 +12,7 @@
 //! For light that sets out, primitives are chosen with probability ∝ Φ.
 
 use super::record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample};
-use super::tree::LightTree;
+use super::tree::{Descent, LightTree};
 use super::{Extent, Light, LightBounds, Model, scalar};
 use crate::ids::EmitterId;
 use crate::interaction::Interaction;
@@ -33,6 +33,9 @@ struct Distant {
     /// The direction towards it, if it has only one.
     from: Option<Vec3>,
 }
+
+/// Lights that are chosen together: as many as their memory stays near by, and enough that none is waited for.
+const TOGETHER: usize = 32;
 
 /// The light sampler.
 #[derive(Clone, Debug, Default)]
@@ -200,12 +203,32 @@ impl Lights {
         {
             return sky.sample_each(scene, id, queries, found);
         }
-        for (i, query) in queries.iter().enumerate() {
-            found(i, self.sample(scene, &query.from, query.u_light, query.u, wl));
+        if let Some(id) = self.alone {
+            let model = &scene.emitter(id.emitter).model;
+            queries.iter().enumerate().for_each(|(i, q)| found(i, model.sample(scene, &q.from, id, q.u, wl)));
+            return;
+        }
+        for (group, queries) in queries.chunks(TOGETHER).enumerate() {
+            // Which light, then what it looks like: what each of them needs is asked for before the first is looked at.
+            let mut choices: Vec<Descent<'_>> = queries.iter().map(|q| self.choice(&q.from, q.u_light, q.u)).collect();
+            self.tree.descend(&mut choices);
+            for stage in 0..2 {
+                choices.iter().filter_map(Descent::light).for_each(|i| self.fetch(scene, i, stage));
+            }
+            for (i, (choice, query)) in choices.iter().zip(queries).enumerate() {
+                found(group * TOGETHER + i, self.chosen(scene, choice, query.u, wl));
+            }
         }
     }
 
     fn sample_one_of(&self, scene: &Scene, from: &LightReference, u_light: f32, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        let mut choice = [self.choice(from, u_light, u)];
+        self.tree.descend(&mut choice);
+        self.chosen(scene, &choice[0], u, wl)
+    }
+
+    /// A choice about to be made: the tree, where one of its lights shall be chosen; else the probability of all others.
+    fn choice<'a>(&self, from: &'a LightReference, u_light: f32, u: Vec2) -> Descent<'a> {
         // A tree of many lights asks for more digits than `u_light` has. The rest is scrambled out of `u`.
         let digits = unit(mix(u64::from(u.x.to_bits()) << 32 | u64::from(u.y.to_bits())) as u32);
         let u_light = f64::from(u_light) + f64::from(digits) * (0.5f64).powi(24);
@@ -213,16 +236,32 @@ impl Lights {
         let tree_share = self.tree_share(from);
         if u_light < f64::from(tree_share) {
             // Between colours the place on the light decides, which for many small lights is the least of all matters.
-            let mut u = u;
-            let (i, chosen) = self.tree.sample(from, u_light / f64::from(tree_share), &mut u.x)?;
-            let id = self.primitives[i];
-            let sample = scene.emitter(id.emitter).model.sample(scene, from, id, u, wl)?;
-            Some(LightSample { pdf: times(sample.pdf, tree_share * chosen), ..sample })
+            self.tree.descent(from, u_light / f64::from(tree_share), u.x, tree_share)
         } else {
             let share = 1.0 - tree_share;
-            let rest = (u_light - f64::from(tree_share)) / f64::from(share);
-            self.sample_distant(scene, from, rest, share, u, wl)
+            Descent::elsewhere(from, (u_light - f64::from(tree_share)) / f64::from(share), share)
         }
+    }
+
+    /// Asks for the memory of light i of the tree, what lies behind the first stage in the second.
+    fn fetch(&self, scene: &Scene, i: usize, stage: u32) {
+        let id = self.primitives[i];
+        if let Model::Area(area) = &scene.emitter(id.emitter).model
+            && let Some(mesh) = scene.surface(area.surface).shape.mesh()
+        {
+            mesh.fetch(id.primitive, stage);
+        }
+    }
+
+    /// A point on the light that was chosen.
+    fn chosen(&self, scene: &Scene, choice: &Descent<'_>, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        if choice.is_elsewhere() {
+            return self.sample_distant(scene, choice.from, choice.u, choice.probability, u, wl);
+        }
+        let id = self.primitives[choice.light()?];
+        let u = Vec2::new(choice.tint, u.y);
+        let sample = scene.emitter(id.emitter).model.sample(scene, choice.from, id, u, wl)?;
+        Some(LightSample { pdf: times(sample.pdf, choice.probability), ..sample })
     }
 
     fn sample_distant(

@@ -17,7 +17,7 @@ use crate::interaction::Interaction;
 use etendue_accel::{CustomHit, Hit};
 use etendue_description::{Attribute, AttributeKind};
 use etendue_numerics::math::gamma;
-use etendue_numerics::{Bounds3, Frame, Ray, Vec2, Vec3};
+use etendue_numerics::{Bounds3, Frame, Ray, Vec2, Vec3, wide};
 use glam::DVec3;
 
 /// Triangles with what shading wants to know of them.
@@ -93,6 +93,17 @@ impl Mesh {
     #[inline]
     pub fn primitive(&self, triangle: u32) -> u32 {
         if self.quad.is_some() { 0 } else { triangle }
+    }
+
+    /// Asks for the memory of a primitive ahead of its use: of what is known of the triangle, then of its corners.
+    pub fn fetch(&self, primitive: u32, stage: u32) {
+        let triangle = &self.indices[primitive as usize];
+        if stage == 0 {
+            wide::fetch(triangle);
+            wide::fetch(&self.faces[primitive as usize]);
+        } else {
+            triangle.iter().for_each(|i| wide::fetch(&self.positions[*i as usize]));
+        }
     }
 
     /// The corners of a triangle.

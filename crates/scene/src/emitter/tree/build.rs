@@ -8,10 +8,11 @@
 //! Once on the way down, where few enough lights are left, those of different tint are told apart. Places and normals are gathered in two rounds, first the mean, then how far they stray from it, in the order in which the lights come: the
 //! same lights give the same tree.
 
-use super::{Block, Cones, LEAF, LightTree, NONE, SPREAD, TINTED, WIDTH};
+use super::node::{Cones, Lane, Node, SPREAD};
+use super::{LEAF, LightTree, NONE, TINTED, WIDTH};
 use crate::emitter::extent::LightBounds;
 use etendue_numerics::math::safe_sqrt;
-use etendue_numerics::{DVec3, Vec3, Vec4};
+use etendue_numerics::{DVec3, Vec3};
 
 /// Bins along an axis when a set of lights is split.
 const BINS: usize = 12;
@@ -67,8 +68,8 @@ impl LightTree {
         }
 
         let known: Vec<Part> = parts.iter().map(|(_, part)| *part).collect();
-        self.nodes.push(std::array::from_fn(|i| Block::new(known.get(4 * i..).unwrap_or(&[]))));
-        self.cones.push(std::array::from_fn(|i| Cones::new(known.get(4 * i..).unwrap_or(&[]))));
+        self.nodes.push(Node::new(&known));
+        self.cones.push(Cones::new(&known));
         for (slot, (items, _)) in parts.into_iter().enumerate() {
             let place = WIDTH as u32 * id + slot as u32;
             let child = if let [item] = items {
@@ -77,7 +78,7 @@ impl LightTree {
             } else {
                 self.add(items, place, depth + WIDTH.ilog2(), many_tints && !tinted)
             };
-            self.nodes[id as usize][slot / 4].child[slot % 4] = child;
+            self.nodes[id as usize].child[slot] = child;
         }
         if tinted { id | TINTED } else { id }
     }
@@ -109,38 +110,42 @@ fn tints(mut items: &mut [Item]) -> Vec<&mut [Item]> {
     parts
 }
 
-/// One number of up to four parts; `none` where there are fewer.
-fn lanes(parts: &[Part], none: f32, of: impl Fn(&Part) -> f32) -> Vec4 {
-    Vec4::from_array(std::array::from_fn(|i| parts.get(i).map_or(none, &of)))
+/// One number of each part; `none` where there are fewer than may be.
+fn lane(parts: &[Part], none: f32, of: impl Fn(&Part) -> f32) -> Lane {
+    std::array::from_fn(|i| parts.get(i).map_or(none, &of))
 }
 
-/// One vector of up to four parts.
-fn vectors(parts: &[Part], of: impl Fn(&Part) -> Vec3) -> [Vec4; 3] {
-    std::array::from_fn(|axis| lanes(parts, 0.0, |p| of(p)[axis]))
+/// One vector of each part.
+fn lanes(parts: &[Part], of: impl Fn(&Part) -> Vec3) -> [Lane; 3] {
+    std::array::from_fn(|axis| lane(parts, 0.0, |p| of(p)[axis]))
 }
 
-impl Block {
+impl Node {
     fn new(parts: &[Part]) -> Self {
         Self {
-            mean: vectors(parts, |p| p.mean),
-            spread: lanes(parts, 0.0, |p| p.variance),
-            r2: lanes(parts, 0.0, Part::radius_squared),
-            normal: vectors(parts, |p| p.normal),
-            normal_spread: lanes(parts, 0.0, |p| SPREAD * p.normal_variance()),
-            even: lanes(parts, 0.0, |p| p.bounds.even),
-            facing: lanes(parts, 0.0, |p| p.bounds.intensity - p.bounds.even),
-            child: [NONE; 4],
+            mean: lanes(parts, |p| p.mean),
+            spread: lane(parts, 0.0, |p| p.variance),
+            inverse_r: lane(parts, 0.0, |p| p.radius_squared().sqrt().recip().min(MAX_INVERSE)),
+            normal: lanes(parts, |p| p.normal),
+            normal_spread: lane(parts, 0.0, |p| SPREAD * p.normal_variance()),
+            even: lane(parts, 0.0, |p| p.bounds.even),
+            facing: lane(parts, 0.0, |p| p.bounds.intensity - p.bounds.even),
+            child: [NONE; WIDTH],
         }
     }
 }
 
+/// 1/r of points.
+const MAX_INVERSE: f32 = 1e18;
+
 impl Cones {
     fn new(parts: &[Part]) -> Self {
         Self {
-            axis: vectors(parts, |p| p.bounds.axis),
-            cos_o: lanes(parts, 1.0, |p| p.bounds.cos_o),
-            sin_o: lanes(parts, 0.0, |p| safe_sqrt(1.0 - p.bounds.cos_o * p.bounds.cos_o)),
-            cos_e: lanes(parts, 1.0, |p| p.bounds.cos_e),
+            axis: lanes(parts, |p| p.bounds.axis),
+            cos_o: lane(parts, 1.0, |p| p.bounds.cos_o),
+            sin_o: lane(parts, 0.0, |p| safe_sqrt(1.0 - p.bounds.cos_o * p.bounds.cos_o)),
+            cos_e: lane(parts, 1.0, |p| p.bounds.cos_e),
+            r2: lane(parts, 0.0, Part::radius_squared),
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The light tree held to sums, counts and reachability.
 
-use super::{LightTree, NONE, TINTED, WIDTH};
+use super::{Descent, LightTree, NONE, TINTED, WIDTH};
 use crate::emitter::LightBounds;
 use crate::emitter::record::LightReference;
 use etendue_check::{Rng, chi_square_p, family_wise, rng};
 use etendue_numerics::warp::square_to_sphere;
+use etendue_numerics::wide::Width;
 use etendue_numerics::{Bounds3, Vec3};
 
 /// Triangles strewn about the unit cube, as bounds, some of them spots and points.
@@ -30,6 +31,16 @@ fn strewn(n: usize, seed: u64) -> Vec<LightBounds> {
 fn grown(lights: &[LightBounds]) -> LightTree {
     let tints: Vec<f32> = (0..lights.len()).map(|i| (i % 5) as f32 / 5.0).collect();
     LightTree::new(lights, &tints)
+}
+
+impl LightTree {
+    /// One descent: a light and its probability.
+    fn sample(&self, from: &LightReference, u: f64, tint: &mut f32) -> Option<(usize, f32)> {
+        let mut descent = [self.descent(from, u, *tint, 1.0)];
+        self.descend(&mut descent);
+        *tint = descent[0].tint;
+        descent[0].light().map(|i| (i, descent[0].probability))
+    }
 }
 
 fn reference(r: &mut Rng) -> LightReference {
@@ -182,4 +193,21 @@ fn every_tint_gets_its_share_of_a_few_stratified_draws() {
         counts[light % 5] += 1;
     }
     assert!(counts.iter().all(|n| (3..=5).contains(n)), "{counts:?}");
+}
+
+#[test]
+fn descents_are_the_same_at_every_width_and_in_any_company() {
+    let tree = grown(&strewn(3000, 21));
+    let mut r = rng(22);
+    let places: Vec<(LightReference, f64, f32)> = (0..500).map(|_| (reference(&mut r), r.u1_f64(), r.u1())).collect();
+    let descents = || -> Vec<_> { places.iter().map(|(from, u, tint)| tree.descent(from, *u, *tint, 1.0)).collect() };
+    let found = |d: &Descent<'_>| (d.light(), d.u.to_bits(), d.tint.to_bits(), d.probability.to_bits());
+    let mut alone = descents();
+    alone.chunks_mut(1).for_each(|d| tree.descend_at(Width::Plain, d));
+    assert!(alone.iter().filter(|d| d.light().is_some()).count() > 400);
+    for width in Width::available() {
+        let mut together = descents();
+        tree.descend_at(width, &mut together);
+        assert!(together.iter().map(found).eq(alone.iter().map(found)), "{width:?}");
+    }
 }
