@@ -59,6 +59,18 @@ fn solver_names() -> String {
     SOLVERS.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
 }
 
+/// The solver of a name that [`check_solver_name`] knows, if it is one that renders light by itself.
+pub(crate) fn listed(name: &str, loaded: &Loaded) -> Result<AnySolver, RenderError> {
+    AnySolver::new(name, &loaded.scene.integrator).ok_or_else(|| {
+        RenderError(match SHOWING.contains(&name) {
+            true => {
+                format!("`{name}` shows no light, but what the eye sees first, as numbers\n  help: etendue render --solver {name}")
+            }
+            false => format!("`{name}` stands for one of the others\n  help: solvers: {}", solver_names()),
+        })
+    })
+}
+
 /// The solver of `asked`, or of the scene; refused in words where the scene is not for it.
 /// `parameters` are set on it in their order.
 pub(crate) fn choose(asked: Option<&str>, parameters: &[(String, String)], loaded: &Loaded) -> Result<Choice, RenderError> {
@@ -71,9 +83,7 @@ pub(crate) fn choose(asked: Option<&str>, parameters: &[(String, String)], loade
         return shown_quantity(name, loaded).map(|q| Choice::Quantity(Aov(q)));
     }
     check_solver_name(name)?;
-    let Some(mut solver) = AnySolver::new(name, integrator) else {
-        return Err(RenderError(format!("`{name}` stands for one of the others\n  help: solvers: {}", solver_names())));
-    };
+    let mut solver = listed(name, loaded)?;
     let refused = |refusal: Refusal| {
         let instead = refusal.instead.join(" or --solver ");
         RenderError(format!("`{name}` cannot render this scene: {}\n  help: try --solver {instead}", refusal.reason))

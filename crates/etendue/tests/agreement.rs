@@ -52,6 +52,35 @@ fn right_solvers_pass_with_figures() {
     assert_eq!(figures(&first), figures(&second));
 }
 
+/// Acceptance goes on from what it kept: once all targets are reached nothing more is rendered, and other seeds are refused.
+#[test]
+fn acceptance_is_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let accept = |seed: &str| {
+        let scene = ["verify", "furnace", "--accept", "--solvers", "path,path-mis", "--size", "8", "--blocks", "2"];
+        etendue(
+            folder.path(),
+            &[&scene[..], &["--time", "30", "--keep", "kept", "--seed", seed, "--json", "accepted.json"]].concat(),
+        )
+    };
+    let solvers = || json(folder.path().join("accepted.json"))["solvers"].clone();
+    let first = accept("0");
+    let (report, told) = (text(&first.stdout), text(&first.stderr));
+    assert_eq!(first.status.code(), Some(0), "{report}\n{told}");
+    assert!(report.lines().last().is_some_and(|l| l == "PASS: each solver agrees with path-mis in every block"), "{report}");
+    assert!(told.contains("path-mis: ") && told.contains("the reference is path-mis"), "{told}");
+    let rendered = solvers();
+    assert!(rendered[1]["visible"].as_f64().is_some_and(|x| x > 0.0 && x < 1.0));
+
+    assert_eq!(accept("0").status.code(), Some(0));
+    assert_eq!(solvers(), rendered, "to the bit, the times included");
+    let other = accept("1");
+    assert_eq!(other.status.code(), Some(1));
+    assert!(text(&other.stderr).contains("scene, size, blocks, seed or version"), "{}", text(&other.stderr));
+    std::fs::write(folder.path().join("kept/furnace.path.json"), "{").expect("written");
+    assert!(text(&accept("0").stderr).contains("damaged"));
+}
+
 #[test]
 fn what_noise_hides_is_no_pass() {
     let folder = tempfile::tempdir().expect("a folder");

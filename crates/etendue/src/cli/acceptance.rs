@@ -22,22 +22,34 @@ pub fn report(a: &Accepted) -> String {
         ),
         String::new(),
         format!(
-            "{:<16}{:>8}{:>12}  {:<14}{:>22}{:>9}{:>7}  {:<22}{:>20}  outcome",
-            "solver", "target", "± block", "at", "spp seen + scattered", "time", "|t|", "largest at", "difference"
+            "{:<16}{:>8}{:>12}  {:<14}{:>22}{:>10}{:>7}  {:<22}{:>20}{:>10}  outcome",
+            "solver", "target", "± block", "at", "spp seen + scattered", "time", "|t|", "largest at", "difference", "sees"
         ),
     ];
-    lines.extend(a.solvers.iter().map(|s| row(s, a.reference.as_ref() == Some(&s.solver))));
+    lines.extend(a.solvers.iter().map(|s| row(s, a.reference == s.solver)));
     lines.extend(a.left_out.iter().map(|(name, why)| format!("{name:<16}left out: {why}")));
     lines.push(String::new());
     lines.push(match a.verdict {
-        Verdict::Pass => format!("PASS: each solver agrees with {} in every block", a.reference.as_deref().unwrap_or("itself")),
+        Verdict::Pass => format!("PASS: each solver agrees with {} in every block", a.reference),
         Verdict::Fail => "FAIL: a difference that chance does not explain".to_owned(),
-        Verdict::Inconclusive => match &a.reference {
-            Some(name) => format!("INCONCLUSIVE: who knows each block well enough agrees with {name}, but not all do"),
-            None => "INCONCLUSIVE: nobody knows each block well enough".to_owned(),
-        },
+        Verdict::Inconclusive => format!("INCONCLUSIVE: {}", open(a)),
     });
     lines.join("\n")
+}
+
+/// What is open, and what was shown all the same.
+fn open(a: &Accepted) -> String {
+    let names = |open: bool| {
+        let of = a.solvers.iter().filter(|s| (s.verdict() == Verdict::Inconclusive) == open && s.solver != a.reference);
+        of.map(|s| s.solver.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    match a.solvers.iter().find(|s| s.solver == a.reference) {
+        Some(Acceptance { needed: Some(_), .. }) => "nobody knows each block well enough".to_owned(),
+        _ => match names(false) {
+            none if none.is_empty() => format!("nobody but {} knows each block well enough", a.reference),
+            some => format!("{some} agree with {} in every block; not known well enough: {}", a.reference, names(true)),
+        },
+    }
 }
 
 fn row(s: &Acceptance, is_reference: bool) -> String {
@@ -45,14 +57,17 @@ fn row(s: &Acceptance, is_reference: bool) -> String {
         let place = format!("{} {}", w.area, ["red", "green", "blue"][w.channel.min(2)]);
         (format!("{:.2}", w.t.abs()), place, format!("{} ± {}", percent(w.difference), percent(w.standard_error)))
     });
-    let outcome = match (s.differences, s.needed) {
-        _ if is_reference => "the reference".to_owned(),
-        (1.., _) => format!("differs in {} of them", s.differences),
-        (_, Some(needed)) => format!("not reached, would take about {needed:.0} s"),
+    let wants = s.needed.map_or(String::new(), |needed| format!("; its target takes about {needed:.0} s"));
+    let outcome = match s {
+        _ if is_reference => format!("the reference{wants}"),
+        Acceptance { differences: n @ 1.., .. } => format!("differs in {n} of them{wants}"),
+        Acceptance { doubtful: n @ 1.., .. } => format!("doubtful in {n} of them: rare bright paths, or a fault{wants}"),
+        Acceptance { needed: Some(_), .. } => format!("no difference at this error{wants}"),
         _ => "agrees".to_owned(),
     };
+    let sees = s.visible.map_or(String::new(), percent);
     format!(
-        "{:<16}{:>8}{:>12}  {:<14}{:>22}{:>9}{t:>7}  {place:<22}{difference:>20}  {outcome}",
+        "{:<16}{:>8}{:>12}  {:<14}{:>22}{:>10}{t:>7}  {place:<22}{difference:>20}{sees:>10}  {outcome}",
         s.solver,
         percent(s.target),
         percent(s.worst_error),

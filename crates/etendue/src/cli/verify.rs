@@ -18,7 +18,7 @@ use std::time::Duration;
 #[command(
     after_help = "Examples:\n  etendue verify                                       all solvers on the Cornell box, in under a minute\n  \
     etendue verify scene.xml --solvers path-mis,bidirectional --time 300 --json verdict.json\n  \
-    etendue verify veach-mis --accept --time 600         each block of an 8 x 8 grid, at fixed standard errors"
+    etendue verify veach-mis --accept --time 600 --keep veach    each block of an 8 x 8 grid, at fixed standard errors; again to go on"
 )]
 pub struct VerifyArguments {
     /// A scene file, or the name of a built-in scene.
@@ -39,10 +39,13 @@ pub struct VerifyArguments {
     /// Blocks across and down whose means are compared, 4 unless told (8 with --accept): more find smaller places, and take longer to be sure.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
     blocks: Option<u32>,
-    /// Instead of a verdict in a fixed time: every solver against path-mis, with as many samples as it takes to know each block to 1 % (light-nee and
-    /// metropolis 3 %, path and light 5 %), and at most --time for each.
+    /// Instead of a verdict in a fixed time: every solver against path-mis, or whoever is known soonest, with as many samples as it takes to know each
+    /// block to 1 % (light-nee and metropolis 3 %, path and light 5 %), and at most --time for each.
     #[arg(long, conflicts_with_all = ["spp", "bound", "block_bound"])]
     accept: bool,
+    /// Keep the replicates of --accept in this folder, and go on from those that are there: the time is then for each run, and adds up.
+    #[arg(long, value_name = "FOLDER", requires = "accept")]
+    keep: Option<PathBuf>,
     /// Probability, in per cent, of a false alarm in the whole family of comparisons.
     #[arg(long, value_name = "PERCENT", default_value_t = 1.0, value_parser = positive)]
     alpha: f64,
@@ -70,6 +73,7 @@ pub fn run(a: &VerifyArguments) -> Done {
         threads: a.common.scene.threads(),
         defines: a.common.scene.define.clone(),
         standard: Standard { alpha: 0.01 * a.alpha, bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound },
+        keep: a.keep.clone(),
     };
     if a.accept {
         return run_accept(a, &options);
@@ -83,7 +87,8 @@ pub fn run(a: &VerifyArguments) -> Done {
 }
 
 fn run_accept(a: &VerifyArguments, options: &VerifyOptions) -> Done {
-    let Some(found) = a.common.watch("nothing is accepted", |cancel, tell| accept(&a.scene, options, cancel, tell))? else {
+    let stopped = if a.keep.is_some() { "what was rendered is kept" } else { "nothing is accepted" };
+    let Some(found) = a.common.watch(stopped, |cancel, tell| accept(&a.scene, options, cancel, tell))? else {
         return Ok(ExitCode::from(130));
     };
     write_json(a, &found)?;

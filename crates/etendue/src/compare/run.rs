@@ -3,12 +3,12 @@
 use super::measure::{entry, layered, rel_mse, relative_variance};
 use super::pictures::{Pixels, Standardised, long, spread, straight};
 use super::{CompareOptions, Reference, Results};
-use crate::choice::check_solver_name;
+use crate::choice::{check_solver_name, listed};
 use crate::experiment::{BOX, ExperimentError, Header, renderer};
 use crate::load::{LoadOptions, load};
 use crate::pool;
 use etendue_solvers::agreement::{REPLICATES, Trial};
-use etendue_solvers::{AnySolver, CancelToken, Estimates};
+use etendue_solvers::{CancelToken, Estimates};
 
 type Compared<T> = Result<T, ExperimentError>;
 
@@ -17,9 +17,6 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     let reference_solver = if let Reference::Solver(name) = &options.reference { Some(name) } else { None };
     for name in options.solvers.iter().chain(reference_solver) {
         check_solver_name(name)?;
-        if name == crate::choice::AUTO {
-            return Err(ExperimentError::Words("`auto` stands for one of the others: name those to compare".to_owned()));
-        }
     }
     let load_options = LoadOptions {
         defines: options.defines.clone(),
@@ -37,8 +34,7 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
     let pool = pool::pool(options.threads)?;
     let trial = Trial { seed: options.seed, ..Trial::new(scene, &pool, cancel) };
     let able = |name: &String| {
-        let solver = AnySolver::new(name, &scene.integrator)
-            .ok_or_else(|| ExperimentError::Words(format!("the solver `{name}` is not there yet")))?;
+        let solver = listed(name, &loaded)?;
         match solver.needs().check(scene) {
             Ok(()) => Ok(solver),
             Err(why) => Err(ExperimentError::Words(format!("`{name}` cannot render this scene: {}", why.reason))),

@@ -1,6 +1,7 @@
 //! What is rendered, and by whom.
 
-use super::VerifyOptions;
+use super::{Stopped, VerifyOptions};
+use crate::choice::listed;
 use crate::experiment::{BOX, ExperimentError};
 use crate::load::{LoadOptions, Loaded, load};
 use etendue_film::Film;
@@ -84,26 +85,19 @@ fn load_at_size(scene: &str, options: &VerifyOptions) -> Result<Loaded, Experime
 }
 
 /// Those that take part, and those that do not, with the reason.
-pub(super) fn chosen<'s>(
-    options: &VerifyOptions,
-    guests: Vec<Entrant<'s>>,
-    scene: &Scene,
-) -> (Vec<Entrant<'s>>, Vec<(String, String)>) {
+pub(super) type Chosen<'s> = (Vec<Entrant<'s>>, Vec<(String, String)>);
+
+/// Who takes part in a scene.
+pub(super) fn chosen<'s>(options: &VerifyOptions, guests: Vec<Entrant<'s>>, loaded: &Loaded) -> Stopped<Chosen<'s>> {
     let names: Vec<&str> = match &options.solvers {
         Some(names) => names.iter().map(String::as_str).collect(),
         None => SOLVERS.iter().map(|s| s.name).collect(),
     };
     let (mut entrants, mut left_out) = (Vec::new(), Vec::new());
-    let listed = names.into_iter().filter_map(|name| match AnySolver::new(name, &scene.integrator) {
-        Some(solver) => Some(Entrant::listed(solver)),
-        None => {
-            left_out.push((name.to_owned(), "it stands for one of the others".to_owned()));
-            None
-        }
-    });
-    let all: Vec<Entrant<'s>> = listed.chain(guests).collect();
-    for entrant in all {
-        let reason = match (entrant.needs.check(scene), entrant.estimates) {
+    let of_list = names.into_iter().map(|name| Ok(Entrant::listed(listed(name, loaded)?)));
+    let of_list = of_list.collect::<Stopped<Vec<Entrant<'s>>>>()?;
+    for entrant in of_list.into_iter().chain(guests) {
+        let reason = match (entrant.needs.check(&loaded.scene), entrant.estimates) {
             (Err(refusal), _) => refusal.reason,
             (_, Estimates::InTheLimit) => {
                 "biased at any sample count: held to its rate of convergence, not to agreement".to_owned()
@@ -116,5 +110,5 @@ pub(super) fn chosen<'s>(
         };
         left_out.push((entrant.name, reason));
     }
-    (entrants, left_out)
+    Ok((entrants, left_out))
 }

@@ -25,6 +25,7 @@ use etendue_solvers::agreement::{Standard, Trial, Verdict};
 use furnace::{Oven, load_furnace, ovens};
 use round::{Round, rounds};
 use schedule::Questions;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// How to verify.
@@ -48,6 +49,8 @@ pub struct VerifyOptions {
     pub defines: Vec<(String, String)>,
     /// How strictly is judged.
     pub standard: Standard,
+    /// Folder where [`accept`] keeps its replicates and goes on from them.
+    pub keep: Option<PathBuf>,
 }
 
 impl Default for VerifyOptions {
@@ -62,6 +65,7 @@ impl Default for VerifyOptions {
             threads: None,
             defines: Vec::new(),
             standard: Standard::default(),
+            keep: None,
         }
     }
 }
@@ -95,7 +99,7 @@ pub fn verify_with(
     let trial = Trial { seed: options.seed, blocks: options.blocks, ..Trial::new(&loaded.scene, &pool, cancel) };
     let in_furnace = Trial { seed: options.seed ^ 0xf0, ..Trial::new(&furnace.scene, &pool, cancel) };
     let named: Vec<String> = guests.iter().map(|g| g.name.clone()).chain(options.solvers.iter().flatten().cloned()).collect();
-    let (entrants, left_out) = chosen(options, guests, &loaded.scene);
+    let (entrants, left_out) = chosen(options, guests, &loaded)?;
 
     // First replicates of everything; what is left of the time goes where it decides most.
     let rounds = rounds(trial, &entrants, options, options.time.mul_f64(FIRST), tell)?;

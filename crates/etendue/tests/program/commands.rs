@@ -88,6 +88,9 @@ fn wrong_usage_ends_with_2_and_the_rest_with_1() {
     }
     bench.bad(2, &["render", "--solver", "pathmis"]).says(&["`pathmis`", "did you mean `path-mis`?"]);
     bench.bad(1, &["compare", "furnace", "--solvers", "path,auto"]).says(&["`auto` stands for one of the others"]);
+    for command in ["compare", "verify"] {
+        bench.bad(1, &[command, "furnace", "--solvers", "path,depth"]).says(&["`depth` shows no light", "render --solver depth"]);
+    }
     bench.bad(1, &["render", "--spectral"]).says(&["not there yet"]);
     bench.bad(1, &["render", "--view", "1"]).says(&["1 sensor"]);
     bench.bad(1, &["render", "--width", "2147483300"]).says(&["2147483300", "GiB"]);
