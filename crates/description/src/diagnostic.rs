@@ -87,6 +87,15 @@ impl Diagnostics {
         self.list.append(&mut other.list);
     }
 
+    /// Appends those messages of another list that this one does not hold.
+    pub fn append_new(&mut self, other: Self) {
+        for d in other.list {
+            if !self.list.contains(&d) {
+                self.list.push(d);
+            }
+        }
+    }
+
     /// Whether nothing was told.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()

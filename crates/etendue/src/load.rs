@@ -18,6 +18,8 @@ pub struct LoadOptions {
     pub width: Option<u32>,
     /// Film height, pixels.
     pub height: Option<u32>,
+    /// Whether walks carry wavelengths instead of linear Rec.709.
+    pub spectral: bool,
     /// Threads for reading and building; all cores otherwise. The scene is the same for any number.
     pub threads: Option<usize>,
     /// Whether a plain `.obj` or `.ply` is a scene: its facets, flat, with a front by their winding, grey.
@@ -82,7 +84,7 @@ fn load_here(scene: &str, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let begun = Instant::now();
     let (name, (description, mut diagnostics)) = read(scene, options)?;
     let read_time = begun.elapsed();
-    let compile_options = CompileOptions { size: None, width: options.width, height: options.height };
+    let compile_options = CompileOptions { size: None, width: options.width, height: options.height, spectral: options.spectral };
     if diagnostics.has_errors() {
         mistakes::add_those_of_the_compiler(&description, &compile_options, &mut diagnostics);
         return Err(LoadError::Scene(Box::new((description, diagnostics))));

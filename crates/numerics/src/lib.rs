@@ -27,5 +27,5 @@ pub use net::Net4;
 pub use primary::{Numbers, Primary};
 pub use ray::Ray;
 pub use sequence::{Dim, Sampler, SequenceKind};
-pub use spectrum::{SampledSpectrum, Spectrum, Wavelengths};
+pub use spectrum::{Hero, SampledSpectrum, Spectrum, Wavelengths};
 pub use transform::Transform;

@@ -41,6 +41,8 @@ pub struct Scene {
     pub has_transparent: bool,
     /// Triangles, those of instances counted once.
     pub triangles: u64,
+    /// Whether walks carry wavelengths instead of linear Rec.709.
+    pub spectral: bool,
 }
 
 /// How much passes straight along a segment, and how many null or mask surfaces it passed.
@@ -59,6 +61,12 @@ impl Scene {
             emitter.lit = lit(EmitterId(i as u32));
         }
         self.lights = Lights::new(self);
+    }
+
+    /// What the lanes of a walk stand for; `u` is asked for its number where they are wavelengths.
+    #[inline]
+    pub fn wavelengths(&self, u: impl FnOnce() -> f32) -> Wavelengths {
+        if self.spectral { Wavelengths::hero(u()) } else { Wavelengths::Rgb }
     }
 
     /// RT(x, w): the first surface along the ray.

@@ -2,9 +2,9 @@
 //! coordinates, tangents, and the numbers of surface and primitive.
 
 use crate::drivers::PixelSolver;
-use crate::transport::{Context, PathState, Vertex};
+use crate::transport::{Context, Crowd, PathState, Vertex};
 use etendue_bsdf::Scatter;
-use etendue_numerics::{Sampler, Spectrum, Vec3};
+use etendue_numerics::{Sampler, Spectrum, Vec3, Wavelengths};
 
 /// A quantity of the first surface along a camera ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,6 +89,14 @@ impl PixelSolver for Aov {
             Quantity::DpDv => vector(x.dp_dv),
             Quantity::ShapeIndex => Spectrum::splat(x.surface.0 as f32),
             Quantity::PrimitiveIndex => Spectrum::splat(x.primitive as f32),
+        }
+    }
+
+    /// Numbers, or a surface's red, green and blue, also where light is made of wavelengths.
+    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+        for (walk, u) in crowd.walks.iter_mut().zip(&crowd.samplers) {
+            walk.wl = Wavelengths::Rgb;
+            walk.l = self.radiance(c, *walk, u, rays);
         }
     }
 }

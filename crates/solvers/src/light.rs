@@ -25,7 +25,7 @@ impl ParticleSolver for Light {
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
         tally.surroundings(c, u);
         let Some((mut particle, _)) = Particle::emit(c.path.scene, u) else { return };
-        tally.emitted(particle.carried());
+        tally.emitted(particle.weighed());
         let mut from = None;
         loop {
             let next = particle.meet(c, tally);

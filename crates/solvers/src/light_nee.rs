@@ -24,7 +24,7 @@ impl ParticleSolver for LightNee {
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
         tally.surroundings(c, u);
         let Some((mut particle, light)) = Particle::emit(c.path.scene, u) else { return };
-        tally.emitted(particle.carried());
+        tally.emitted(particle.weighed());
         if let Some(query) = emitter_to_sensor(c, &particle, &light, u) {
             tally.connect(c, &query, &particle);
         }

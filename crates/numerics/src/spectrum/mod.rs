@@ -9,8 +9,10 @@
 pub mod cie;
 pub mod ior;
 pub mod sampled;
+mod wavelengths;
 
 pub use sampled::SampledSpectrum;
+pub use wavelengths::{Hero, Wavelengths};
 
 use glam::Vec4;
 use std::ops::{Add, AddAssign, Div, DivAssign, Index, Mul, MulAssign, Sub};
@@ -19,20 +21,6 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Index, Mul, MulAssign, Sub};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(transparent)]
 pub struct Spectrum(pub Vec4);
-
-/// The wavelengths that the lanes of a [`Spectrum`] stand for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Wavelengths {
-    /// Lanes are linear Rec.709 red, green, blue, and an unused zero.
-    Rgb,
-    /// Lanes are radiometric values at these wavelengths in nm, each with its sampling density in 1/nm.
-    Hero {
-        /// Wavelengths in nm.
-        nm: [f32; 4],
-        /// Their densities in 1/nm; zero for a lane that has been given up.
-        pdf: [f32; 4],
-    },
-}
 
 impl Spectrum {
     /// No light.

@@ -15,7 +15,7 @@ use crate::material::Material;
 use crate::scene::Scene;
 use crate::settings::{Integrator, View};
 use crate::shape::{Geometry, Shape, Surfaces};
-use crate::texture::Texture;
+use crate::texture::{Role, Texture};
 use etendue_accel::{Accel, BuildError, BuildOptions, Builder, TriangleMesh};
 use etendue_description::{Description, Diagnostics, Kind, NodeId, Params, Value};
 use std::collections::{BTreeMap, BTreeSet};
@@ -30,6 +30,8 @@ pub struct CompileOptions {
     pub width: Option<u32>,
     /// Film height in place of the file's, pixels.
     pub height: Option<u32>,
+    /// Whether walks carry wavelengths instead of linear Rec.709.
+    pub spectral: bool,
 }
 
 impl CompileOptions {
@@ -57,7 +59,7 @@ pub fn compile(description: &Description, options: &CompileOptions, diagnostics:
             Kind::Integrator => c.integrator(id),
             Kind::Sensor => c.sensor(id),
             Kind::Bsdf => drop(c.material(id)),
-            Kind::Texture => drop(c.texture(id)),
+            Kind::Texture => drop(c.texture(id, Role::Reflectance)),
             Kind::Shape => c.shape(id),
             Kind::Emitter if of_shapes.contains(&id) => {}
             Kind::Emitter => c.emitter(id, None),
@@ -73,7 +75,7 @@ pub(crate) struct Compiler<'a> {
     pub(crate) options: &'a CompileOptions,
     pub(crate) diagnostics: &'a mut Diagnostics,
     /// Compiled nodes, so that shared ones are compiled once; `None` marks one that failed or is being compiled.
-    pub(crate) texture_of: BTreeMap<NodeId, Option<TextureId>>,
+    pub(crate) texture_of: BTreeMap<(NodeId, Role), Option<TextureId>>,
     pub(crate) material_of: BTreeMap<NodeId, Option<MaterialId>>,
     pub(crate) images: textures::ImageCache,
     pub(crate) surfaces: Surfaces,
@@ -137,6 +139,7 @@ impl<'a> Compiler<'a> {
             integrator: self.integrator.unwrap_or_default(),
             has_transparent,
             triangles,
+            spectral: self.options.spectral,
         };
         if scene.views.is_empty() {
             scene.views.push(View::looking_at(&scene.bounds, self.options.film_size([768, 576])));

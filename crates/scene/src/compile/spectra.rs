@@ -17,21 +17,10 @@ mod constants;
 pub(super) use constants::{CONSTANT_MODELS, ConstantSpectrum};
 
 use super::Compiler;
-use crate::texture::{Color, ColorSlot, ScalarSlot, Texture};
+use crate::texture::{Color, ColorSlot, Role, ScalarSlot, Texture};
 use etendue_description::{NodeId, Param, Params, Span, SpectrumValue, Value};
 use etendue_numerics::spectrum::{SampledSpectrum, cie};
 use std::ops::RangeInclusive;
-
-/// What a spectrum stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Role {
-    /// A fraction of light, in [0, 1].
-    Reflectance,
-    /// A light's radiance, intensity, irradiance.
-    Emission,
-    /// A number without bounds.
-    Unbounded,
-}
 
 impl<'a> Compiler<'a> {
     /// A parameter that is a fraction of light, in [0, 1].
@@ -49,7 +38,7 @@ impl<'a> Compiler<'a> {
         self.colour_slot(params, name, default, Role::Unbounded)
     }
 
-    fn colour_slot(&mut self, params: &mut Params<'a>, name: &'static str, default: f32, role: Role) -> ColorSlot {
+    pub(super) fn colour_slot(&mut self, params: &mut Params<'a>, name: &'static str, default: f32, role: Role) -> ColorSlot {
         let param = params.spectrum_opt(self.diagnostics, name);
         let slot = param.and_then(|param| self.slot(param, role));
         slot.unwrap_or(ColorSlot::Constant(Color::grey(default)))
@@ -101,7 +90,7 @@ impl<'a> Compiler<'a> {
                 constant => self.color(&constant, role, span).map(ColorSlot::Constant),
             };
         }
-        let texture = self.texture(id)?;
+        let texture = self.texture(id, role)?;
         if role == Role::Reflectance
             && let Texture::Bitmap(bitmap) = &self.textures[texture.index()]
             && let Some(most) = bitmap.texels.exceeds_one()

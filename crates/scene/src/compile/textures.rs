@@ -1,9 +1,9 @@
 //! Texture nodes → [`crate::Texture`], and the pictures that they name.
 
 use super::Compiler;
-use super::spectra::{CONSTANT_MODELS, ConstantSpectrum, Role};
+use super::spectra::{CONSTANT_MODELS, ConstantSpectrum};
 use crate::ids::TextureId;
-use crate::texture::{Bitmap, Checkerboard, FilterMode, MeshAttribute, Texels, Texture, UvMap, WrapMode};
+use crate::texture::{Bitmap, Checkerboard, FilterMode, MeshAttribute, Role, Texels, Texture, UvMap, WrapMode};
 use etendue_description::{Description, Dialect, Kind, Node, NodeId, Param, Params, Value};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -58,33 +58,37 @@ fn load(path: &Path, raw: bool) -> Loaded {
 }
 
 impl<'a> Compiler<'a> {
-    /// Compiles a texture node; `None` where it cannot be, which has been told.
-    pub(crate) fn texture(&mut self, id: NodeId) -> Option<TextureId> {
-        if let Some(known) = self.texture_of.get(&id) {
+    /// Compiles a texture node for what it shall stand for; `None` where it cannot be, which has been told.
+    pub(crate) fn texture(&mut self, id: NodeId, role: Role) -> Option<TextureId> {
+        if let Some(known) = self.texture_of.get(&(id, role)) {
             return *known;
         }
         // A texture that leads back to itself finds this mark.
-        self.texture_of.insert(id, None);
-        let compiled = self.new_texture(id).map(|texture| {
+        self.texture_of.insert((id, role), None);
+        // In another role the same mistakes may have been told already.
+        let told = std::mem::take(self.diagnostics);
+        let compiled = self.new_texture(id, role).map(|texture| {
             self.textures.push(texture);
             TextureId(self.textures.len() as u32 - 1)
         });
-        self.texture_of.insert(id, compiled);
+        let new = std::mem::replace(self.diagnostics, told);
+        self.diagnostics.append_new(new);
+        self.texture_of.insert((id, role), compiled);
         compiled
     }
 
-    fn new_texture(&mut self, id: NodeId) -> Option<Texture> {
+    fn new_texture(&mut self, id: NodeId, role: Role) -> Option<Texture> {
         let mut params = Params::new(self.description, id);
         let texture = match params.node.model.value.as_str() {
-            "bitmap" => self.bitmap(&mut params).map(Texture::Bitmap),
+            "bitmap" => self.bitmap(&mut params, role).map(Texture::Bitmap),
             "checkerboard" => Some(Texture::Checkerboard(Checkerboard {
-                color: [self.reflectance(&mut params, "color0", 0.4), self.reflectance(&mut params, "color1", 0.2)],
+                color: [("color0", 0.4), ("color1", 0.2)].map(|(name, default)| self.colour_slot(&mut params, name, default, role)),
                 to_uv: UvMap::from(&params.transform(self.diagnostics, "to_uv")),
                 scalar_swaps: self.description.dialect == Dialect::Mitsuba,
             })),
-            "mesh_attribute" => self.mesh_attribute(&mut params).map(Texture::MeshAttribute),
+            "mesh_attribute" => self.mesh_attribute(&mut params, role).map(Texture::MeshAttribute),
             model if CONSTANT_MODELS.contains(&model) => {
-                return self.constant(id).and_then(|c| self.color(&c, Role::Unbounded, params.span())).map(Texture::Color);
+                return self.constant(id).and_then(|c| self.color(&c, role, params.span())).map(Texture::Color);
             }
             model => {
                 self.refuse_texture(&params, model);
@@ -104,7 +108,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn bitmap(&mut self, params: &mut Params<'a>) -> Option<Bitmap> {
+    fn bitmap(&mut self, params: &mut Params<'a>, role: Role) -> Option<Bitmap> {
         let filter = match params.choice(self.diagnostics, "filter_type", &["bilinear", "nearest"]) {
             0 => FilterMode::Bilinear,
             _ => FilterMode::Nearest,
@@ -130,7 +134,7 @@ impl<'a> Compiler<'a> {
                     let text = format!("this picture holds values that are not finite ({} of them)", texels.mended);
                     self.diagnostics.warning(span, text).help("they are taken as 0");
                 }
-                Some(Bitmap { texels, filter, wrap, to_uv })
+                Some(Bitmap { texels, filter, wrap, to_uv, role })
             }
             Err(why) => {
                 self.diagnostics.error(span, why);
@@ -139,7 +143,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    fn mesh_attribute(&mut self, params: &mut Params<'a>) -> Option<MeshAttribute> {
+    fn mesh_attribute(&mut self, params: &mut Params<'a>, role: Role) -> Option<MeshAttribute> {
         let scale = params.float(self.diagnostics, "scale", 1.0, f64::from(f32::MIN)..=f64::from(f32::MAX)) as f32;
         if !params.has("name") {
             self.diagnostics.error(params.span(), "`mesh_attribute` needs a `name`");
@@ -150,7 +154,7 @@ impl<'a> Compiler<'a> {
             self.diagnostics.error(params.span_of("name"), text);
             return None;
         }
-        Some(MeshAttribute::new(name, scale))
+        Some(MeshAttribute::new(name, scale, role))
     }
 
     /// Tells which mesh attributes the material and the emitter of a shape ask for that the shape does not have.

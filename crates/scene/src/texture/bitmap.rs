@@ -10,7 +10,7 @@
 //! Texels stay as small in memory as they can without loss: eight bits with a table of 256 values, or half precision, else f32.
 
 use crate::scene::Scene;
-use crate::texture::{Texels, TextureContext, UvMap};
+use crate::texture::{Role, Texels, TextureContext, UvMap};
 use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 use std::sync::Arc;
 
@@ -47,6 +47,8 @@ pub struct Bitmap {
     pub wrap: WrapMode,
     /// From (u, v) to (u', v').
     pub to_uv: UvMap,
+    /// What its colours stand for.
+    pub role: Role,
 }
 
 /// Two neighbouring texels along an axis, and how far the point lies from the first towards the second.
@@ -186,7 +188,7 @@ mod tests {
 
     fn bitmap(filter: FilterMode, wrap: WrapMode, to_uv: UvMap) -> Bitmap {
         let image = Image::from_data(W, H, &["Y"], data()).unwrap();
-        Bitmap { texels: Arc::new(Texels::new(image, false).unwrap()), filter, wrap, to_uv }
+        Bitmap { texels: Arc::new(Texels::new(image, false).unwrap()), filter, wrap, to_uv, role: Role::Reflectance }
     }
 
     /// The same by integer indices of an endless lattice.

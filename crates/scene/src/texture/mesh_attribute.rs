@@ -7,7 +7,7 @@
 //! s is `scale`, default 1. A surface without an attribute of the name gives 0.
 
 use crate::scene::Scene;
-use crate::texture::TextureContext;
+use crate::texture::{Role, TextureContext};
 use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 
 /// An attribute by name.
@@ -15,12 +15,14 @@ use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 pub struct MeshAttribute {
     name: Box<str>,
     scale: f32,
+    /// What its colours stand for.
+    pub role: Role,
 }
 
 impl MeshAttribute {
-    /// The attribute `name`, with its `vertex_` or `face_` prefix, times `scale`.
-    pub fn new(name: &str, scale: f32) -> Self {
-        Self { name: name.into(), scale }
+    /// The attribute `name`, with its `vertex_` or `face_` prefix, times `scale`, and what it stands for.
+    pub fn new(name: &str, scale: f32, role: Role) -> Self {
+        Self { name: name.into(), scale, role }
     }
 
     /// The name.

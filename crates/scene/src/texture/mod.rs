@@ -23,7 +23,7 @@ mod uv;
 pub use bitmap::{Bitmap, FilterMode, WrapMode};
 pub use checkerboard::Checkerboard;
 pub use mesh_attribute::MeshAttribute;
-pub use slot::{Color, ColorSlot, ScalarSlot};
+pub use slot::{Color, ColorSlot, Role, ScalarSlot};
 pub use texels::Texels;
 pub use uv::UvMap;
 

@@ -5,6 +5,17 @@ use crate::scene::Scene;
 use crate::texture::TextureContext;
 use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 
+/// What a colour stands for: it decides which spectrum is taken for red, green and blue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Role {
+    /// A fraction of light, in [0, 1].
+    Reflectance,
+    /// A light's radiance, intensity, irradiance.
+    Emission,
+    /// A number without bounds.
+    Unbounded,
+}
+
 /// A colour that does not vary: linear Rec.709. Spectral mode will add its coefficients here.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Color {

@@ -37,6 +37,8 @@ pub struct Strategies<'a> {
     pub heuristic: Heuristic,
     /// Which connections are worth a shadow ray.
     pub worth: Worth,
+    /// The wavelengths of both walks.
+    pub wl: Wavelengths,
 }
 
 /// A path that a strategy found.
@@ -79,8 +81,6 @@ fn share(others: f32) -> f32 {
     1.0 / (1.0 + others)
 }
 
-const WL: Wavelengths = Wavelengths::Rgb;
-
 impl<'a> Strategies<'a> {
     /// Whether a path of so many edges may count, null surfaces that a connection passes still to be added.
     #[inline]
@@ -95,7 +95,7 @@ impl<'a> Strategies<'a> {
         if !self.c.rules.counts(walk.state.edges) {
             return None;
         }
-        let le = self.c.scene.le(x, &WL);
+        let le = self.c.scene.le(x, &self.wl);
         if le.is_zero() {
             return None;
         }
@@ -120,7 +120,7 @@ impl<'a> Strategies<'a> {
         if !self.c.rules.counts(walk.state.edges) {
             return None;
         }
-        let le = self.c.scene.le_escaped(ray, &WL);
+        let le = self.c.scene.le_escaped(ray, &self.wl);
         if le.is_zero() {
             return None;
         }
@@ -146,12 +146,12 @@ impl<'a> Strategies<'a> {
         let at = |slot| Dim::at(y.address, slot);
         let u_light = if scene.lights.is_alone() { 0.0 } else { u.u1(at(slot::LIGHT)) };
         let from = y.vertex.light_reference();
-        let Some(light) = scene.sample_light(&from, u_light, u.u2(at(slot::LIGHT_POINT)), &WL) else { return };
-        let Some(turn) = self.sides.turn_to_light(&y.vertex, light.wi, &WL) else { return };
+        let Some(light) = scene.sample_light(&from, u_light, u.u2(at(slot::LIGHT_POINT)), &self.wl) else { return };
+        let Some(turn) = self.sides.turn_to_light(&y.vertex, light.wi, &self.wl) else { return };
         let Some(ray) = light.shadow_ray(x) else { return };
         let contribution = y.beta * turn.f_cos * light.le / light.pdf.value();
         *rays += 1;
-        let value = arrives(&self.c, &ShadowQuery { ray, contribution, edges }, &WL);
+        let value = arrives(&self.c, &ShadowQuery { ray, contribution, edges }, &self.wl);
         if value.is_zero() {
             return;
         }
@@ -197,8 +197,8 @@ impl<'a> Strategies<'a> {
         if !w.is_finite() {
             return None;
         }
-        let at_y = self.sides.turn_to_light(&y.vertex, w, &WL)?;
-        let at_z = self.sides.turn_to_eye(&z.vertex, -w, &WL)?;
+        let at_y = self.sides.turn_to_light(&y.vertex, w, &self.wl)?;
+        let at_z = self.sides.turn_to_eye(&z.vertex, -w, &self.wl)?;
 
         let h = self.heuristic;
         let (to_y, to_z) = (a.n.dot(w).abs() / r2, b.n.dot(w).abs() / r2);
@@ -212,7 +212,7 @@ impl<'a> Strategies<'a> {
         let grown = self.worth.decide(contribution * weight, xi)?;
         let ray = a.spawn_between(b)?;
         *rays += 1;
-        let value = arrives(&self.c, &ShadowQuery { ray, contribution: contribution * grown, edges }, &WL);
+        let value = arrives(&self.c, &ShadowQuery { ray, contribution: contribution * grown, edges }, &self.wl);
         if value.is_zero() {
             return None;
         }
@@ -228,7 +228,7 @@ impl<'a> Strategies<'a> {
         }
         let x = &z.vertex.x;
         let lens = self.seen(x.p, z.address, u)?;
-        let turn = self.sides.turn_to_eye(&z.vertex, lens.wi, &WL)?;
+        let turn = self.sides.turn_to_eye(&z.vertex, lens.wi, &self.wl)?;
         let h = self.heuristic;
         let others = z.link.others(h, self.eye.density(x.p, x.n, -lens.wi), turn.way_back);
         let weight = share(others / power(h, self.eye.rho, 1.0));
@@ -284,7 +284,7 @@ impl<'a> Strategies<'a> {
     fn arrives_at_sensor(&self, query: &SensorQuery, rays: &mut u64) -> Option<Spectrum> {
         *rays += 1;
         let c = LightContext { path: self.c, view: self.view, reach: u32::MAX };
-        let value = arrives_at_sensor(&c, query, &WL);
+        let value = arrives_at_sensor(&c, query, &self.wl);
         (!value.is_zero()).then_some(value)
     }
 }

@@ -1,9 +1,10 @@
 //! A path from a light: what bidirectional path tracing connects to, and what a photon map would keep.
 
-use super::path_vertex::{PathVertex, Sides};
+use super::Strategies;
+use super::path_vertex::PathVertex;
 use super::walk::{End, Walk};
 use super::weights::{Trail, power};
-use crate::transport::{Context, Heuristic, PathState, light_slot};
+use crate::transport::{PathState, light_slot};
 use etendue_numerics::{Dim, Frame, Numbers, Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::emitter::{EmissionPdf, EmissionSample, Model};
 use etendue_scene::{EmitterId, Interaction, LightReference, NO_INSTANCE, Scene};
@@ -141,22 +142,15 @@ pub struct LightPath {
 
 impl LightPath {
     /// Walks from a light until it ends; paths of more than `max_edges` edges, one of them to the lens, are of no use.
-    pub fn trace(&mut self, c: &Context<'_>, sides: &Sides<'_>, heuristic: Heuristic, u: &impl Numbers, rays: &mut u64) {
-        self.trace_up_to(u32::MAX, c, sides, heuristic, u, rays);
+    pub fn trace(&mut self, all: &Strategies<'_>, u: &impl Numbers, rays: &mut u64) {
+        self.trace_up_to(u32::MAX, all, u, rays);
     }
 
     /// The same of at most so many vertices, z_0 and all those of the last one's number included.
-    pub fn trace_up_to(
-        &mut self,
-        count: u32,
-        c: &Context<'_>,
-        sides: &Sides<'_>,
-        heuristic: Heuristic,
-        u: &impl Numbers,
-        rays: &mut u64,
-    ) {
+    pub fn trace_up_to(&mut self, count: u32, all: &Strategies<'_>, u: &impl Numbers, rays: &mut u64) {
+        let Strategies { c, sides, heuristic, wl, .. } = all;
+        let (heuristic, wl) = (*heuristic, *wl);
         self.vertices.clear();
-        let wl = Wavelengths::Rgb;
         self.origin = Origin::sample(c.scene, u, &wl);
         let Some(origin) = self.origin else { return };
         let state = PathState { pdf: Pdf::Delta(1.0), ..PathState::start(origin.ray, Spectrum::ONE, wl) };

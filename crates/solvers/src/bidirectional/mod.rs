@@ -48,7 +48,7 @@ use crate::run::Run;
 use crate::solver::{CannotGoOn, Needs, Solver};
 use crate::transport::{Context, Heuristic, PathRules, PathState, Throughput};
 use etendue_film::{Splat, Tile};
-use etendue_numerics::{Numbers, Spectrum, Vec2};
+use etendue_numerics::{Numbers, Spectrum, Vec2, Wavelengths};
 use etendue_scene::Scene;
 use eye::Eye;
 use path_vertex::Sides;
@@ -109,7 +109,15 @@ impl Bidirectional {
         let view = &scene.views[view];
         let heuristic = if self.exponent == 1 { Heuristic::Balance } else { Heuristic::Power };
         let worth = Worth::all(view);
-        Strategies { c: Context { scene, rules }, sides: Sides::new(scene), view, eye: Eye::new(view), heuristic, worth }
+        Strategies {
+            c: Context { scene, rules },
+            sides: Sides::new(scene),
+            view,
+            eye: Eye::new(view),
+            heuristic,
+            worth,
+            wl: Wavelengths::Rgb,
+        }
     }
 }
 
@@ -137,33 +145,34 @@ impl Strategies<'_> {
         paths: &mut Paths,
         found: &mut impl FnMut(&Found<'_>, &LightPath, &[PathVertex]),
     ) {
+        let this = &Strategies { wl: eye.wl, ..*self };
         let Paths { eye: vertices, light, rays } = paths;
-        light.trace(&self.c, &self.sides, self.heuristic, u, rays);
+        light.trace(this, u, rays);
         vertices.clear();
 
         // t = 1.
-        if let Some(f) = self.emitter(light, u, rays) {
+        if let Some(f) = this.emitter(light, u, rays) {
             found(&f, light, vertices);
         }
         for z in light.vertices.iter().filter(|z| z.vertex.is_smooth()) {
-            if let Some(f) = self.lens(z, u, rays) {
+            if let Some(f) = this.lens(z, u, rays) {
                 found(&f, light, vertices);
             }
         }
 
-        let mut walk = self.walk_from(eye);
+        let mut walk = this.walk_from(eye);
         loop {
             // s = 0.
             let Some(x) = walk.meet(rays) else {
-                if let Some(f) = self.escape(&walk) {
+                if let Some(f) = this.escape(&walk) {
                     found(&f, light, vertices);
                 }
                 return;
             };
-            if let Some(f) = self.hit(&walk, &x) {
+            if let Some(f) = this.hit(&walk, &x) {
                 found(&f, light, vertices);
             }
-            if self.c.ends(&walk.state) {
+            if this.c.ends(&walk.state) {
                 return;
             }
 
@@ -172,9 +181,9 @@ impl Strategies<'_> {
             vertices.push(walk.vertex(x));
             let y = &vertices[place];
             if y.vertex.is_smooth() {
-                self.next_event(y, u, rays, &mut |f| found(f, light, vertices));
+                this.next_event(y, u, rays, &mut |f| found(f, light, vertices));
                 for z in light.vertices.iter().filter(|z| z.vertex.is_smooth()) {
-                    if let Some(f) = self.inner(y, z, u, rays) {
+                    if let Some(f) = this.inner(y, z, u, rays) {
                         found(&f, light, vertices);
                     }
                 }
@@ -251,9 +260,9 @@ fn fill(
             let u = plan.sampler(run, x + film.crop_offset[0], y + film.crop_offset[1]);
             let (position, eye) = camera_ray(&strategies.c, run, film, [x, y], &u);
             let particle = u64::from(plan.pass) * pixels + u64::from(y * width + x);
-            let mut l = Spectrum::ZERO;
+            let (wl, mut l) = (eye.wl, Spectrum::ZERO);
             strategies.sample(eye, &u, paths, &mut |f, _, _| {
-                let value = f.value * f.weight;
+                let value = wl.to_rgb(f.value * f.weight);
                 match f.pixel {
                     None => l += value,
                     Some(pixel) => splats.push(Splat { position: pixel - corner, value, particle }),

@@ -12,7 +12,7 @@ use etendue_numerics::Numbers;
 
 impl Strategies<'_> {
     /// The paths of s vertices from a light and t from the eye, t ≥ 1; `found` is told each one that carries light. `eye` is asked for the camera's ray
-    /// where one is needed.
+    /// where one is needed; its wavelengths are those of the strategies.
     pub fn one(
         &self,
         (s, t): (u32, u32),
@@ -24,7 +24,7 @@ impl Strategies<'_> {
         let Paths { eye: vertices, light, rays } = paths;
         // The light sampler draws z_0 of s = 1 by itself.
         if s >= 2 || (s, t) == (1, 1) {
-            light.trace_up_to(s, &self.c, &self.sides, self.heuristic, u, rays);
+            light.trace_up_to(s, self, u, rays);
             if s >= 2 && light.vertices.last().is_none_or(|z| z.count != s) {
                 return;
             }

@@ -48,12 +48,14 @@ pub fn pictures(solver: &Bidirectional, scene: &Scene, run: &Run<'_>, passes: u3
             for (y, x) in (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| (y, x))) {
                 let u = plan.sampler(run, x + film.crop_offset[0], y + film.crop_offset[1]);
                 let (own, eye) = camera_ray(&all.c, run, film, [x, y], &u);
+                let wl = eye.wl;
                 all.sample(eye, &u, paths, &mut |f, _, _| {
                     if f.s + f.t > vertices {
                         return;
                     }
                     // A sample of a pixel counts for that pixel alone, a particle for all of them.
-                    let (position, value) = f.pixel.map_or((own, f.value * pixels), |p| (p - corner, f.value));
+                    let seen = wl.to_rgb(f.value);
+                    let (position, value) = f.pixel.map_or((own, seen * pixels), |p| (p - corner, seen));
                     let splat = |value| Splat { position, value, particle: 0 };
                     let [unweighted, weighted] = &mut splats[place(f.s, f.t)];
                     unweighted.push(splat(value));

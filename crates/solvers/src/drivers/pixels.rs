@@ -24,7 +24,7 @@ pub trait PixelSolver: Sync {
         Estimates::Light
     }
 
-    /// An estimate of L along the walk's first ray, times its weight. Counts rays.
+    /// An estimate of L along the walk's first ray, times its weight, at the walk's wavelengths. Counts rays.
     fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum;
 
     /// The same for a crowd of walks; each one's answer is left in its `l`. Counts rays.
@@ -197,15 +197,19 @@ fn fill(
     crowd.clear();
     let pixels: Vec<_> = todo().flat_map(|index| tiling.pixels(index)).collect();
     let [offset_x, offset_y] = view.film.crop_offset;
-    let [within_x, within_y, time] = &mut [[0.0; wide::PAD * 16]; 3];
+    let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
     for some in pixels.chunks(within_x.len()) {
         let samplers: Vec<_> = some.iter().map(|[x, y]| plan.sampler(run, x + offset_x, y + offset_y)).collect();
         Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
         Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
+        if c.scene.spectral {
+            Sampler::u1_each(&samplers, Dim::at(0, slot::WAVELENGTHS), hue);
+        }
         for (i, (pixel, u)) in some.iter().zip(samplers).enumerate() {
             let (position, on_film) = place(&view.film, *pixel, Vec2::new(within_x[i], within_y[i]));
             positions.push(position);
-            crowd.push(eye_walk_at(c, run.view, on_film, lens(&view.sensor, &u), time[i]), u);
+            let wl = c.scene.wavelengths(|| hue[i]);
+            crowd.push(eye_walk_at(c, run.view, on_film, lens(&view.sensor, &u), time[i], wl), u);
         }
     }
     let mut rays = 0;
@@ -255,7 +259,8 @@ fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
 #[inline]
 pub(crate) fn eye_walk(c: &Context<'_>, view: usize, on_film: Vec2, u: &impl Numbers) -> PathState {
     let lens = lens(&c.scene.views[view].sensor, u);
-    eye_walk_at(c, view, on_film, lens, u.u1(Dim::at(0, slot::TIME)))
+    let wl = c.scene.wavelengths(|| u.u1(Dim::at(0, slot::WAVELENGTHS)));
+    eye_walk_at(c, view, on_film, lens, u.u1(Dim::at(0, slot::TIME)), wl)
 }
 
 /// The numbers that pick a point on the lens; not drawn where there is none.
@@ -264,12 +269,12 @@ fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
     if sensor.has_lens() { u.u2(Dim::at(0, slot::LENS)) } else { Vec2::ZERO }
 }
 
-/// [`eye_walk`] through a point of the lens, at a time.
+/// [`eye_walk`] through a point of the lens, at a time, with its wavelengths.
 #[inline]
-fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32) -> PathState {
+fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
     let ray = c.scene.views[view].sensor.sample_ray(on_film, lens, time);
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
-    PathState::start(seen, Spectrum::rgb(ray.weight, ray.weight, ray.weight), Wavelengths::Rgb)
+    PathState::start(seen, wl.grey(ray.weight), wl)
 }
 
 /// What is left of a camera ray behind the emitting surfaces that it meets first: hidden emitters do not stand in the eye's way.

@@ -42,14 +42,29 @@ fn weigh(v: &mut Vertices, weight: impl Fn(f32, f32) -> f32) {
         let scatters = above_o > 0.0 && above_i > 0.0;
         // What the frame of a back rounds.
         let tilt = if turned { above_i.abs() / wi.abs().max(1e-8) } else { 1.0 };
-        let f = v.rho.get(i) * FRAC_1_PI * tilt * wi.abs();
+        let (rho, cos) = (v.rho.get(i), wi.abs());
+        let f = [
+            rho[0] * FRAC_1_PI * tilt * cos,
+            rho[1] * FRAC_1_PI * tilt * cos,
+            rho[2] * FRAC_1_PI * tilt * cos,
+            rho[3] * FRAC_1_PI * tilt * cos,
+        ];
         let p_b = above_i.max(0.0) * FRAC_1_PI;
 
         let (le, p_l) = (v.light.le.get(i), v.light.pdf[i]);
         let share = if v.light.is_delta[i] != 0 { 1.0 } else { weight(p_l, p_b) };
-        v.contribution.set(i, v.beta.get(i) * (f * le) * (share / p_l));
-        let something = (f.x != 0.0) | (f.y != 0.0) | (f.z != 0.0);
-        let bright = (le.x != 0.0) | (le.y != 0.0) | (le.z != 0.0);
+        let (beta, share) = (v.beta.get(i), share / p_l);
+        v.contribution.set(
+            i,
+            [
+                beta[0] * (f[0] * le[0]) * share,
+                beta[1] * (f[1] * le[1]) * share,
+                beta[2] * (f[2] * le[2]) * share,
+                beta[3] * (f[3] * le[3]) * share,
+            ],
+        );
+        let something = (f[0] != 0.0) | (f[1] != 0.0) | (f[2] != 0.0) | (f[3] != 0.0);
+        let bright = (le[0] != 0.0) | (le[1] != 0.0) | (le[2] != 0.0) | (le[3] != 0.0);
         v.is_lit[i] = v.light.is_there[i] & u32::from(scatters & something & bright);
     }
 }

@@ -40,16 +40,17 @@ impl wide::Job for Turn<'_> {
             v.ray.o.set(i, offset_origin(v.p.get(i), v.p_error.get(i), v.n.get(i), wi));
             v.pdf[i] = local.z.max(0.0) * FRAC_1_PI;
 
-            let beta = v.beta.get(i) * v.rho.get(i);
-            let alive = (beta.x != 0.0) | (beta.y != 0.0) | (beta.z != 0.0);
+            let (b, rho) = (v.beta.get(i), v.rho.get(i));
+            let beta = [b[0] * rho[0], b[1] * rho[1], b[2] * rho[2], b[3] * rho[3]];
+            let alive = (beta[0] != 0.0) | (beta[1] != 0.0) | (beta[2] != 0.0) | (beta[3] != 0.0);
             v.beta.set(i, beta);
             v.goes_on[i] = u32::from(above & alive);
         }
         if self.roulette {
             for i in 0..v.lanes() {
-                let beta = v.beta.get(i);
-                let q = roulette_survival(beta.x.max(beta.y).max(beta.z).max(0.0), v.eta_scale[i]);
-                v.beta.set(i, beta / q);
+                let [x, y, z, w] = v.beta.get(i);
+                let q = roulette_survival(x.max(y).max(z).max(w), v.eta_scale[i]);
+                v.beta.set(i, [x / q, y / q, z / q, w / q]);
                 v.goes_on[i] &= u32::from(v.u_lobe[1][i] < q);
             }
         }

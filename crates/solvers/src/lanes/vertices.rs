@@ -11,7 +11,7 @@ const _: () = assert!(LANES.is_multiple_of(wide::PAD));
 /// A number of each vertex.
 pub(super) type Lane<T = f32> = [T; LANES];
 
-/// A vector, or a colour, of each vertex.
+/// A vector of each vertex.
 #[derive(Clone, Copy)]
 pub(super) struct Lane3([Lane; 3]);
 
@@ -27,16 +27,33 @@ impl Lane3 {
     pub fn set(&mut self, i: usize, v: Vec3) {
         (self.0[0][i], self.0[1][i], self.0[2][i]) = (v.x, v.y, v.z);
     }
+}
 
-    /// As a colour: the fourth lane of a spectrum is zero.
+/// A colour of each vertex.
+#[derive(Clone, Copy)]
+pub(super) struct Colours([Lane; 4]);
+
+impl Colours {
+    const ZERO: Self = Self([[0.0; LANES]; 4]);
+
+    #[inline(always)]
+    pub fn get(&self, i: usize) -> [f32; 4] {
+        [self.0[0][i], self.0[1][i], self.0[2][i], self.0[3][i]]
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, [x, y, z, w]: [f32; 4]) {
+        (self.0[0][i], self.0[1][i], self.0[2][i], self.0[3][i]) = (x, y, z, w);
+    }
+
     #[inline(always)]
     pub fn spectrum(&self, i: usize) -> Spectrum {
-        Spectrum::rgb(self.0[0][i], self.0[1][i], self.0[2][i])
+        Spectrum(self.get(i).into())
     }
 
     #[inline(always)]
     pub fn set_spectrum(&mut self, i: usize, s: Spectrum) {
-        (self.0[0][i], self.0[1][i], self.0[2][i]) = (s.0.x, s.0.y, s.0.z);
+        self.set(i, s.0.into());
     }
 }
 
@@ -53,7 +70,7 @@ pub(super) struct Rays {
 pub(super) struct Lights {
     pub wi: Lane3,
     pub p: Lane3,
-    pub le: Lane3,
+    pub le: Colours,
     pub pdf: Lane,
     /// Whether its direction is a discrete choice.
     pub is_delta: Flags,
@@ -96,14 +113,14 @@ pub(super) struct Vertices {
     /// The shading normal on the side of `wo`: what light sampling knows.
     pub from_n: Lane3,
     /// ρ.
-    pub rho: Lane3,
+    pub rho: Colours,
     /// Whether the back is a front as well.
     pub two_sided: Flags,
     /// Whether such a back is looked at.
     pub is_turned: Flags,
 
     // The walk.
-    pub beta: Lane3,
+    pub beta: Colours,
     pub eta_scale: Lane,
 
     // Random numbers, x and y.
@@ -116,7 +133,7 @@ pub(super) struct Vertices {
     pub light: Lights,
     pub shadow: Rays,
     pub shadow_end: Lane,
-    pub contribution: Lane3,
+    pub contribution: Colours,
     pub is_lit: Flags,
 
     // The next ray.
@@ -128,7 +145,7 @@ pub(super) struct Vertices {
 impl Vertices {
     pub fn new() -> Box<Self> {
         let rays = || Rays { o: Lane3::ZERO, d: Lane3::ZERO };
-        let (three, one, flags) = (Lane3::ZERO, [0.0; LANES], [0; LANES]);
+        let (three, colours, one, flags) = (Lane3::ZERO, Colours::ZERO, [0.0; LANES], [0; LANES]);
         Box::new(Self {
             count: 0,
             walk: flags,
@@ -153,19 +170,19 @@ impl Vertices {
             ns: three,
             wo: three,
             from_n: three,
-            rho: three,
+            rho: colours,
             two_sided: flags,
             is_turned: flags,
-            beta: three,
+            beta: colours,
             eta_scale: one,
             u_light: one,
             u_point: [one; 2],
             u_lobe: [one; 2],
             u_bsdf: [one; 2],
-            light: Lights { wi: three, p: three, le: three, pdf: one, is_delta: flags, is_near: flags, is_there: flags },
+            light: Lights { wi: three, p: three, le: colours, pdf: one, is_delta: flags, is_near: flags, is_there: flags },
             shadow: rays(),
             shadow_end: one,
-            contribution: three,
+            contribution: colours,
             is_lit: flags,
             ray: rays(),
             pdf: one,

@@ -30,11 +30,12 @@ impl Default for Mutation {
 }
 
 /// The random decisions at vertex 0 of both walks.
-const FIRST: [u32; 8] = [
+const FIRST: [u32; 9] = [
     slot::PIXEL,
     slot::LENS,
     slot::TIME,
     slot::STRATEGY,
+    slot::WAVELENGTHS,
     light_slot::LIGHT,
     light_slot::POSITION,
     light_slot::DIRECTION,

@@ -94,11 +94,13 @@ impl<'a> Space<'a> {
         let scale = count / p;
 
         let place = (at.u.u2(Dim::at(0, slot::PIXEL)) * self.size).min(Vec2::new(self.size.x.next_down(), self.size.y.next_down()));
-        let eye = || eye_walk(&self.strategies.c, self.view, self.corner + place, &at.u);
+        let wl = self.strategies.c.scene.wavelengths(|| at.u.u1(Dim::at(0, slot::WAVELENGTHS)));
+        let strategies = Strategies { wl, ..self.strategies };
+        let eye = || eye_walk(&strategies.c, self.view, self.corner + place, &at.u);
         let pixels = self.size.x * self.size.y;
         let Scratch { paths, broken } = scratch;
-        self.strategies.one((s, n + 1 - s), eye, &at.u, paths, &mut |found| {
-            let value = found.value * (found.weight * scale);
+        strategies.one((s, n + 1 - s), eye, &at.u, paths, &mut |found| {
+            let value = wl.to_rgb(found.value * (found.weight * scale));
             let (position, value) = found.pixel.map_or((place, value * pixels), |p| (p - self.corner, value));
             let f = target(value);
             if !f.is_finite() {

@@ -105,7 +105,7 @@ impl Photons {
 /// A walk from a light, as in `light`, that leaves a photon at every surface with a smooth part.
 fn follow(solver: &PhotonMap, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally, kept: &mut Vec<(Vec3, Photon)>) {
     let Some((mut particle, light)) = Particle::emit(c.path.scene, u) else { return };
-    tally.emitted(particle.carried());
+    tally.emitted(particle.weighed());
     let rays_find_it = solver.direct_by_rays() && c.path.scene.lights.is_sampled(c.path.scene, light.emitter);
     while let Some(x) = particle.meet(c, tally) {
         let mut vertex = Vertex::at(x);

@@ -103,8 +103,8 @@ impl Crowd {
         }
     }
 
-    /// What each walk collected.
+    /// What each walk collected, as the film sees it.
     pub fn collected(&self) -> impl Iterator<Item = Spectrum> {
-        self.walks.iter().map(|walk| walk.l)
+        self.walks.iter().map(PathState::seen)
     }
 }

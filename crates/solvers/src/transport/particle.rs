@@ -10,7 +10,7 @@
 //!
 //! *Edges* are counted from the light: with one more to the eye they are those of the whole path.
 
-use super::{Context, PathRules, ShadowQuery, Tally, Throughput, Vertex, VertexSample, arrives};
+use super::{Context, PathRules, ShadowQuery, Tally, Throughput, Vertex, VertexSample, arrives, slot};
 use crate::drivers::pixels::beyond_emitters;
 use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::emitter::EmissionSample;
@@ -96,7 +96,7 @@ pub enum Awaited {
 impl Particle {
     /// A particle about to leave a light, chosen with probability ∝ its flux, and what is known of the point that it leaves.
     pub fn emit(scene: &Scene, u: &Sampler) -> Option<(Self, EmissionSample)> {
-        let wl = Wavelengths::Rgb;
+        let wl = wavelengths(scene, u);
         let at = |slot| u.u2(Dim::at(0, slot));
         let u_light = u.u1(Dim::at(0, light_slot::LIGHT));
         let light = scene.lights.sample_emission(scene, u_light, at(light_slot::POSITION), at(light_slot::DIRECTION), &wl)?;
@@ -120,6 +120,12 @@ impl Particle {
         (light.weight.is_finite() && light.weight.max_lane() > 0.0).then_some((particle, light))
     }
 
+    /// Φ as red, green and blue, W.
+    #[inline]
+    pub fn weighed(&self) -> Spectrum {
+        self.wl.to_rgb(self.carried())
+    }
+
     /// Φ, W.
     #[inline]
     pub fn carried(&self) -> Spectrum {
@@ -136,13 +142,13 @@ impl Particle {
     #[inline]
     pub fn meet(&self, c: &LightContext<'_>, tally: &mut Tally) -> Option<Interaction> {
         if self.edges > c.reach {
-            tally.cut(self.carried());
+            tally.cut(self.weighed());
             return None;
         }
         tally.rays += 1;
         let hit = c.path.scene.intersect(&self.ray);
         if hit.is_none() {
-            tally.escaped(self.carried());
+            tally.escaped(self.weighed());
         }
         hit.map(|hit| c.path.scene.interaction(&self.ray, &hit))
     }
@@ -150,7 +156,7 @@ impl Particle {
     /// Turns the particle into a direction sampled at a vertex; `false` where it ends.
     #[inline]
     pub fn turn(&mut self, c: &LightContext<'_>, vertex: &Vertex, u: &Sampler, tally: &mut Tally) -> bool {
-        let before = self.carried();
+        let before = self.weighed();
         let u_lobe = u.u2(self.dim(light_slot::LOBE));
         let sample = vertex.sample_adjoint(c.path.scene, u_lobe.x, u.u2(self.dim(light_slot::BSDF)), &self.wl);
         let Some(s) = sample.filter(|s| !s.weight.is_zero()) else {
@@ -158,10 +164,10 @@ impl Particle {
             return false;
         };
         self.scatter(&c.path.rules, vertex, &s);
-        tally.absorbed(before - self.carried());
-        let before = self.carried();
+        tally.absorbed(before - self.weighed());
+        let before = self.weighed();
         let goes_on = self.survives(&c.path.rules, u_lobe.y);
-        tally.cut(if goes_on { before - self.carried() } else { before });
+        tally.cut(if goes_on { before - self.weighed() } else { before });
         self.vertex += 1;
         goes_on
     }
@@ -193,6 +199,12 @@ impl Particle {
         self.beta.divide(q);
         true
     }
+}
+
+/// The wavelengths of a particle, and of all that is done with its numbers.
+#[inline]
+pub(crate) fn wavelengths(scene: &Scene, u: &Sampler) -> Wavelengths {
+    scene.wavelengths(|| u.u1(Dim::at(0, slot::WAVELENGTHS)))
 }
 
 /// A connection to the sensor: where it falls on the full film, and what must be free for it to count.
@@ -279,7 +291,7 @@ pub fn through_lens(c: &LightContext<'_>, particle: &Particle, t_hit: f32, from:
     } else {
         passage.t <= t_hit
     };
-    free.then(|| (passage.pixel, particle.carried() * passage.we))
+    free.then(|| (passage.pixel, particle.weighed() * passage.we))
 }
 
 /// The surroundings as the eye sees them, through one position of the film. Their light sets out from a disk before the scene, which may
@@ -291,8 +303,8 @@ pub fn surroundings(c: &LightContext<'_>, pixel: Vec2, u: &Sampler, tally: &mut 
     }
     let seen = c.view.sensor.sample_ray(pixel, u.u2(Dim::at(0, light_slot::SEEN_LENS)), 0.0);
     tally.rays += 1;
-    let wl = Wavelengths::Rgb;
+    let wl = wavelengths(scene, u);
     let ray = if c.path.rules.hide_emitters { beyond_emitters(scene, seen.ray) } else { seen.ray };
     let le = scene.le_escaped(&ray, &wl);
-    Some(arrives(&c.path, &ShadowQuery { ray, contribution: le * seen.weight, edges: 1 }, &wl))
+    Some(wl.to_rgb(arrives(&c.path, &ShadowQuery { ray, contribution: le * seen.weight, edges: 1 }, &wl)))
 }

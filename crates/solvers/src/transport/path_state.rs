@@ -16,6 +16,8 @@ pub mod slot {
     pub const TIME: u32 = 2;
     /// At vertex 0: how many edges (x), and which strategy of them (y), where these are chosen.
     pub const STRATEGY: u32 = 3;
+    /// At vertex 0: which wavelengths (x).
+    pub const WAVELENGTHS: u32 = 5;
     /// At vertex 0: whether to jump (x), and whether the jump is taken (y), where walks are mutations of others.
     pub const JUMP: u32 = 4;
     /// Direction within a lobe.
@@ -148,6 +150,12 @@ pub trait PathSolver: Sync {
 }
 
 impl PathState {
+    /// What the walk has collected, as the film sees it: linear Rec.709.
+    #[inline]
+    pub fn seen(&self) -> Spectrum {
+        self.wl.to_rgb(self.l)
+    }
+
     /// A walk about to leave the eye.
     #[inline]
     pub fn start(ray: Ray, weight: Spectrum, wl: Wavelengths) -> Self {

@@ -72,7 +72,7 @@ impl Tally {
     pub fn connect(&mut self, c: &LightContext<'_>, query: &SensorQuery, particle: &Particle) {
         if self.shows(query.pixel) {
             self.rays += 1;
-            self.splat(query.pixel, arrives_at_sensor(c, query, &particle.wl));
+            self.splat(query.pixel, particle.wl.to_rgb(arrives_at_sensor(c, query, &particle.wl)));
         }
     }
 

@@ -4,7 +4,7 @@ use super::Compiler;
 use super::models::FRACTION;
 use crate::ids::MaterialId;
 use crate::material::{Blend, BumpMap, Mask, Material, NormalMap, NormalOptions, TwoSided};
-use crate::texture::{ColorSlot, Texture};
+use crate::texture::{ColorSlot, Role, Texture};
 use etendue_description::{Kind, Params};
 
 impl<'a> Compiler<'a> {
@@ -78,7 +78,7 @@ impl<'a> Compiler<'a> {
             self.diagnostics.error(span, format!("`bumpmap` needs one nested texture, not {}", textures.len()));
             return None;
         };
-        Some(BumpMap { height: self.texture(height)?, scale, options: options? }.into())
+        Some(BumpMap { height: self.texture(height, Role::Unbounded)?, scale, options: options? }.into())
     }
 
     pub(super) fn normal_map(&mut self, p: &mut Params<'a>) -> Option<Material> {
