@@ -3,6 +3,9 @@
 //!
 //! The scene has something for each fault: lights of several kinds, one seen from behind, one under water; glass, gloss, a null surface, bent normals.
 
+#[macro_use]
+#[path = "../../solvers/tests/saboteurs/faults.rs"]
+mod faults;
 #[path = "../../solvers/tests/saboteurs/bidirectional.rs"]
 mod bidirectional;
 #[path = "../../solvers/tests/saboteurs/light.rs"]

@@ -13,9 +13,8 @@
 //! Directions are drawn uniformly over the hemisphere, lights, faces and points uniformly. For area lights and surfaces whose shading and geometric
 //! normals are one, which scatter into the hemisphere of the light; nothing is shared with the optimised solvers but f, We and rays.
 
-use crate::drivers::{Balance, Books, ParticleSolver, Work, particles};
-use crate::run::Run;
-use crate::solver::{CannotGoOn, Needs, Solver};
+use crate::drivers::ParticleSolver;
+use crate::solver::Needs;
 use crate::transport::{LightContext, Tally};
 use etendue_bsdf::Scatter;
 use etendue_numerics::math::{TAU, safe_sqrt, sin_cos};
@@ -38,6 +37,10 @@ fn hemisphere(n: Vec3, u: Vec2) -> Vec3 {
 }
 
 impl ParticleSolver for LightOracle {
+    fn needs(&self) -> Needs {
+        Needs { lights_that_can_be_hit: true, no_mirrors_in_view: true, ..Needs::default() }
+    }
+
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {
         let scene = c.path.scene;
         let lights: Vec<SurfaceId> =
@@ -121,27 +124,4 @@ fn f(scene: &Scene, x: &Interaction, psi: Vec3) -> Spectrum {
     scene.bsdf(x, &Wavelengths::Rgb).eval(x.shading.to_local(psi), x.wo_local())
 }
 
-impl Solver for LightOracle {
-    type State = Books;
-
-    fn needs(&self) -> Needs {
-        Needs { lights_that_can_be_hit: true, no_mirrors_in_view: true, ..Needs::default() }
-    }
-
-    fn units(&self, size: [u32; 2]) -> usize {
-        particles::units(size)
-    }
-
-    fn prepare(&self, _: &Scene, _: &Run<'_>) -> Books {
-        Books::default()
-    }
-
-    fn pass(&self, scene: &Scene, run: &Run<'_>, books: &mut Books, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
-        particles::pass(self, scene, run, books, k, work);
-        Ok(())
-    }
-
-    fn books(&self, books: &Books) -> Option<Balance> {
-        Some(books.balance())
-    }
-}
+crate::solve_by_particles!(LightOracle);

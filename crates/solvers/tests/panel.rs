@@ -1,6 +1,9 @@
 //! The judge of `verify` and `compare`: it lets right solvers pass at the stated rate over many seeds, and refutes each of several deliberate faults.
 
 mod common;
+#[macro_use]
+#[path = "saboteurs/faults.rs"]
+mod faults;
 
 use common::{area, camera, diffuse, scene, threads};
 use etendue_accel::Hit;
@@ -33,11 +36,7 @@ fn room() -> Scene {
 
 const RULES: PathRules = PathRules { min_edges: 1, max_edges: 5, rr_depth: 3, hide_emitters: false, null_counts: true };
 
-/// What may be wrong with a path tracer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Fault {
-    /// The control.
-    None,
+faults! {
     /// Sampled light is 5 % too bright: a density that is slightly off.
     DensityOff,
     /// f Le V / p, without cosθ.
@@ -58,18 +57,6 @@ enum Fault {
     SwappedChannels,
 }
 
-const FAULTS: [Fault; 9] = [
-    Fault::DensityOff,
-    Fault::LostCosine,
-    Fault::NoCompetition,
-    Fault::NoShadows,
-    Fault::BounceLosesEnergy,
-    Fault::RouletteUnpaid,
-    Fault::OneBounceTooMany,
-    Fault::DarkCorner,
-    Fault::SwappedChannels,
-];
-
 /// path-mis with a fault.
 struct Faulty(Fault);
 
@@ -78,15 +65,15 @@ impl PathSolver for Faulty {
         let mut c = *c;
         let x = hit.map(|hit| c.scene.interaction(&state.ray, &hit));
         match self.0 {
-            Fault::OneBounceTooMany => c.rules.max_edges += 1,
-            Fault::BounceLosesEnergy if state.edges > 1 => state.beta.divide(1.0 / 0.97),
+            OneBounceTooMany => c.rules.max_edges += 1,
+            BounceLosesEnergy if state.edges > 1 => state.beta.divide(1.0 / 0.97),
             // Before roulette divides by q, multiply by it: what it does to a throughput that is not paid.
-            Fault::RouletteUnpaid if state.vertex > c.rules.rr_depth => state.beta.divide(1.0 / 0.8),
+            RouletteUnpaid if state.vertex > c.rules.rr_depth => state.beta.divide(1.0 / 0.8),
             _ => (),
         }
         let before = state.l;
         let mut step = match self.0 {
-            Fault::NoCompetition => {
+            NoCompetition => {
                 if let Some(x) = x.as_ref().filter(|_| state.edges > 1 && !state.pdf.is_delta()) {
                     state.collect(&c.rules, c.scene.le(x, &state.wl));
                 }
@@ -96,15 +83,15 @@ impl PathSolver for Faulty {
         };
         if let (Some(query), Some(x)) = (&mut step.shadow, x) {
             match self.0 {
-                Fault::DensityOff => query.contribution *= 1.05,
-                Fault::LostCosine => query.contribution *= 1.0 / query.ray.d.normalize().dot(x.n).abs().max(0.05),
-                Fault::OneBounceTooMany => query.edges = query.edges.min(RULES.max_edges),
-                Fault::NoShadows => query.ray.t_max = 1e-6,
-                Fault::DarkCorner if x.p.x > 0.6 && x.p.y > 0.3 => query.contribution *= 0.0,
+                DensityOff => query.contribution *= 1.05,
+                LostCosine => query.contribution *= 1.0 / query.ray.d.normalize().dot(x.n).abs().max(0.05),
+                OneBounceTooMany => query.edges = query.edges.min(RULES.max_edges),
+                NoShadows => query.ray.t_max = 1e-6,
+                DarkCorner if x.p.x > 0.6 && x.p.y > 0.3 => query.contribution *= 0.0,
                 _ => (),
             }
         }
-        if self.0 == Fault::SwappedChannels && !step.goes_on && state.vertex > 2 {
+        if self.0 == SwappedChannels && !step.goes_on && state.vertex > 2 {
             let [r, g, b] = (state.l - before).to_rgb();
             state.l = before + etendue_numerics::Spectrum::rgb(b, g, r);
         }
@@ -124,8 +111,8 @@ fn each_fault_fails_and_the_control_passes() {
         };
         trial.sample(&render, 32, 16, stream).expect("nobody stops it")
     };
-    let reference = measure(Faulty(Fault::None), 0);
-    let control = judge(&measure(Faulty(Fault::None), 1), Expected::Sample(&reference), &standard, tests);
+    let reference = measure(Faulty(Faultless), 0);
+    let control = judge(&measure(Faulty(Faultless), 1), Expected::Sample(&reference), &standard, tests);
     assert_eq!(control.verdict, Verdict::Pass, "{} / {}", control.worst, control.blindest);
     for (i, fault) in FAULTS.into_iter().enumerate() {
         let found = judge(&measure(Faulty(fault), 2 + i as u64), Expected::Sample(&reference), &standard, tests);

@@ -8,11 +8,7 @@ use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::transport::{PathState, slot};
 use etendue_solvers::{Run, Solver, Work};
 
-/// What may be wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// The control.
-    Faultless,
+faults! {
     /// The weights leave a place for next event estimation, and nobody takes it.
     NoNextEvent,
     /// The same of connections to the lens.
@@ -30,12 +26,6 @@ pub enum Fault {
     /// Inner connections without the cosine at the light's side.
     LostCosine,
 }
-
-use Fault::*;
-
-/// All but the control.
-pub const FAULTS: [Fault; 8] =
-    [NoNextEvent, NoLens, NoHits, MisOffForTheLight, MisOffWithin, SplatsNotNormalised, LostDistance, LostCosine];
 
 /// bidirectional, with a fault; one thread does a pass.
 pub struct Saboteur(pub Fault);

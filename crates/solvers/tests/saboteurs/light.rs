@@ -8,11 +8,7 @@ use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::transport::{LightContext, Particle, SensorQuery, Tally, Vertex, emitter_to_sensor, to_sensor};
 use etendue_solvers::{Run, Solver, Work};
 
-/// What may be wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// The control.
-    Faultless,
+faults! {
     /// The density of emission halved: its flux doubled.
     HalvedPdf,
     /// One of n lights chosen, without division by the probability of the choice.
@@ -30,20 +26,6 @@ pub enum Fault {
     /// The light that the lens sees directly is missing.
     EmittersUnseen,
 }
-
-use Fault::*;
-
-/// All but the control.
-pub const FAULTS: [Fault; 8] = [
-    HalvedPdf,
-    LightWithoutItsProbability,
-    LostCosine,
-    CompressedFlux,
-    NoShadows,
-    SplatsNotNormalised,
-    NormalsNotAdjoint,
-    EmittersUnseen,
-];
 
 /// light-nee, with a fault.
 pub struct Saboteur(pub Fault);

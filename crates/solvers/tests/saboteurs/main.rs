@@ -5,6 +5,8 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+#[macro_use]
+mod faults;
 mod path;
 
 use common::checks::{

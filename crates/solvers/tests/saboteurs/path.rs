@@ -7,11 +7,7 @@ use etendue_solvers::transport::{
     Context, Heuristic, PathSolver, PathState, ShadowQuery, Step, Vertex, VertexSample, mis_weight, slot,
 };
 
-/// What may be wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// The control.
-    Faultless,
+faults! {
     /// f Le V / p, without cosθ.
     LostCosine,
     /// The light's density halved: its light doubled.
@@ -43,27 +39,6 @@ pub enum Fault {
     /// The cosine at the surface is taken where the light's is meant, in the density of the walk against the light's.
     MisInTheWrongMeasure,
 }
-
-use Fault::*;
-
-/// All but the control.
-pub const FAULTS: [Fault; 15] = [
-    LostCosine,
-    HalvedPdf,
-    LightWithoutItsProbability,
-    MisOffForTheWalk,
-    MisOffForTheLight,
-    LeTwice,
-    EtaSquaredDropped,
-    RouletteUncompensated,
-    DeltaLightsMissing,
-    EmissionFromTheBack,
-    NullOpaqueInShadows,
-    NoShadows,
-    OneBounceTooMany,
-    DiffuseWithoutPi,
-    MisInTheWrongMeasure,
-];
 
 /// path-mis, with a fault.
 pub struct Saboteur(pub Fault);
