@@ -102,12 +102,12 @@ pub fn ambient(folder: &Path) -> Drawn {
     grid(&folder.join("ambient.png"), &[pictures], 1.0)
 }
 
-/// The Cornell box by 400 and by 12,000 patches, as they are, and by walks.
+/// The Cornell box by 400 and by 6,000 patches, as they are, and by walks.
 pub fn patches(folder: &Path) -> Drawn {
     let shot =
         |solver, parameters, spp| Shot { scene: "cornell-box", solver, parameters, width: 200, stop: Stop::Samples(spp) }.take();
     let few = shot("radiosity", &[("patches", "400"), ("show", "patches")], 16)?;
-    let many = shot("radiosity", &[("patches", "12000"), ("show", "patches"), ("samples", "256")], 16)?;
+    let many = shot("radiosity", &[("patches", "6000"), ("show", "patches"), ("samples", "4096")], 16)?;
     grid(&folder.join("patches.png"), &[vec![few, many, shot("path-mis", &[], 96)?]], 1.0)
 }
 
