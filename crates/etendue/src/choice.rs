@@ -22,6 +22,14 @@ pub(crate) enum Choice {
 }
 
 impl Choice {
+    /// Bytes that the solver's state holds, about, for a picture of this size.
+    pub(crate) fn holds(&self, size: [u32; 2]) -> u64 {
+        match self {
+            Self::Solver(solver) => solver.holds(size),
+            Self::Quantity(_) => 0,
+        }
+    }
+
     /// The solver's parameters as `name=value`, with spaces between; defaults included.
     pub(crate) fn parameters(&self) -> String {
         match self {

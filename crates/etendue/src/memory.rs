@@ -13,6 +13,8 @@ pub struct Need {
     pub stop: Stop,
     /// Bytes of the finished layers, per pixel.
     pub layer_bytes: u64,
+    /// Bytes that the solver's state holds.
+    pub solver_bytes: u64,
     /// Whether checkpoints are made.
     pub checkpoints: bool,
     /// Whether it goes on from a checkpoint, which is held meanwhile.
@@ -39,19 +41,26 @@ impl Need {
             Stop::Noise { .. } => pixels.min(Replicates::TRACKED) * 24 * Replicates::K as u64,
             _ => 0,
         };
-        pixels.saturating_mul(rendering.max(writing)) + replicates
+        pixels.saturating_mul(rendering).saturating_add(self.solver_bytes).max(pixels.saturating_mul(writing)) + replicates
     }
 
     /// Refuses what cannot fit, before anything is begun.
     pub(crate) fn check(&self) -> Result<(), RenderError> {
         match available() {
-            Some(available) if self.bytes() > available => Err(RenderError(format!(
-                "a picture of {} x {} pixels takes {}, and {} can be had\n  help: make it smaller with --width and --height",
-                self.size[0],
-                self.size[1],
-                human(self.bytes()),
-                human(available)
-            ))),
+            Some(available) if self.bytes() > available => {
+                let solver = match self.solver_bytes {
+                    0 => String::new(),
+                    bytes => format!(", {} of them for what the solver keeps of a pass,", human(bytes)),
+                };
+                Err(RenderError(format!(
+                    "a picture of {} x {} pixels takes {}{solver} and {} can be had\n  help: make it smaller with --width and --height{}",
+                    self.size[0],
+                    self.size[1],
+                    human(self.bytes()),
+                    human(available),
+                    if self.solver_bytes > 0 { ", or shoot fewer photons: --param photons=N" } else { "" }
+                )))
+            }
             _ => Ok(()),
         }
     }
@@ -89,5 +98,24 @@ pub fn human(bytes: u64) -> String {
         10_000..=9_999_999 => format!("{:.0} KiB", b / 1024.0),
         10_000_000..=9_999_999_999 => format!("{:.0} MiB", b / (1024.0 * 1024.0)),
         _ => format!("{:.1} GiB", b / (1024.0 * 1024.0 * 1024.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a solver keeps of a pass counts: a picture of one pixel is refused for it, in words that name it.
+    #[test]
+    fn solvers_need_memory_too() {
+        let pixel =
+            Need { size: [1, 1], stop: Stop::Samples(1), layer_bytes: 0, solver_bytes: 0, checkpoints: false, resumes: false };
+        assert!(pixel.check().is_ok());
+        let greedy = Need { solver_bytes: 1 << 60, ..pixel };
+        assert!(greedy.bytes() >= 1 << 60);
+        if available().is_some() {
+            let words = greedy.check().expect_err("more than there is").to_string();
+            assert!(words.contains("of a pass") && words.contains("--param photons=N"), "{words}");
+        }
     }
 }

@@ -122,7 +122,9 @@ impl<'a> Plan<'a> {
         let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
         let layer_bytes = layers::bytes_per_pixel(&layers);
         let checkpoints = options.checkpoint_every.is_some();
-        Need { size: shape.size, stop, layer_bytes, checkpoints, resumes: options.resume.is_some() }.check()?;
+        let solver_bytes = choice.holds(shape.size);
+        let resumes = options.resume.is_some();
+        Need { size: shape.size, stop, layer_bytes, solver_bytes, checkpoints, resumes }.check()?;
         Ok(Self { view, choice, because, layers, shape, stop })
     }
 }

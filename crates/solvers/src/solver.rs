@@ -43,6 +43,11 @@ pub trait Solver: Sync {
     /// Into how many units of work a pass over a picture of this size is cut: a function of the size alone.
     fn units(&self, size: [u32; 2]) -> usize;
 
+    /// Bytes that its state holds, about, for a picture of this size.
+    fn holds(&self, _: [u32; 2]) -> u64 {
+        0
+    }
+
     /// Where the light went so far, where the solver keeps books.
     fn books(&self, _: &Self::State) -> Option<Balance> {
         None
@@ -200,6 +205,11 @@ macro_rules! solvers {
             /// Why it cannot do a scene with the parameters that it has.
             pub fn refuses(&self, scene: &Scene) -> Option<Refusal> {
                 match self { $(Self::$variant(s) => s.refuses(scene),)* }
+            }
+
+            /// Bytes that its state holds, about, for a picture of this size.
+            pub fn holds(&self, size: [u32; 2]) -> u64 {
+                match self { $(Self::$variant(s) => Solver::holds(s, size),)* }
             }
 
             /// What its picture is an estimate of.

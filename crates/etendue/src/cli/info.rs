@@ -40,8 +40,14 @@ pub fn run(arguments: &InfoArguments) -> Done {
                 filter_words(&film.filter)
             ),
         );
-        let need =
-            memory::Need { size: film.crop_size, stop: Stop::Samples(1), layer_bytes: 0, checkpoints: false, resumes: false };
+        let need = memory::Need {
+            size: film.crop_size,
+            stop: Stop::Samples(1),
+            layer_bytes: 0,
+            solver_bytes: 0,
+            checkpoints: false,
+            resumes: false,
+        };
         row("film", format!("{} while rendering", memory::human(need.bytes())));
     }
     let depth = scene.integrator.max_depth.map_or("unbounded".to_owned(), |d| d.to_string());
