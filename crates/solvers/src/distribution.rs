@@ -96,7 +96,10 @@ impl PixelSolver for Distribution {
         if self.gloss_samples > 0 && self.diffuse_samples > 0 {
             Estimates::Light
         } else {
-            Estimates::Other("light that came by way of the kinds of scattering that have samples, and direct light")
+            Estimates::Other {
+                words: "light that came by way of the kinds of scattering that have samples, and direct light",
+                diffuse: (self.diffuse_samples == 0).then_some(2),
+            }
         }
     }
 

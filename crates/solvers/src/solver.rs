@@ -98,8 +98,13 @@ pub enum Estimates {
     LightUpTo(u32),
     /// All light in the limit of many passes, with a bias on the way there.
     InTheLimit,
-    /// Something else, in words that complete "it shows …".
-    Other(&'static str),
+    /// Something else.
+    Other {
+        /// What, in words.
+        words: &'static str,
+        /// Where all surfaces are diffuse it is all light of at most so many edges.
+        diffuse: Option<u32>,
+    },
 }
 
 /// Why a solver cannot do a scene, and who can.

@@ -50,7 +50,10 @@ impl Solver for Whitted {
     }
 
     fn estimates(&self) -> Estimates {
-        Estimates::Other("direct and ambient light, and what mirrors and glass show of it")
+        Estimates::Other {
+            words: "direct and ambient light, and what mirrors and glass show of it",
+            diffuse: self.ambient.is_zero().then_some(2),
+        }
     }
 
     fn units(&self, size: [u32; 2]) -> usize {

@@ -138,8 +138,9 @@ fn report(v: &Verification) -> String {
     lines.extend(v.left_out.iter().map(|(name, why)| format!("{name:<34}left out: {why}")));
     lines.extend(v.unjudged.iter().map(|u| {
         let (name, seconds) = (&u.solver, u.seconds);
+        let seen = u.visible.map_or(String::new(), |x| format!("; a bias of {} of the picture would have been seen", percent(x)));
         format!(
-            "{name:<34}not judged: too noisy here; to compare it {} would take about {seconds:.0} s more (--time)",
+            "{name:<34}not judged: too noisy here; to compare it {} would take about {seconds:.0} s more (--time){seen}",
             u.comparison
         )
     }));

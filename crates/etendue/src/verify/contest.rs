@@ -45,6 +45,15 @@ impl<'s> Entrant<'s> {
         }
     }
 
+    /// Up to how many edges it shows all light of the furnace, which is diffuse; none where it claims nothing there.
+    pub(super) fn in_furnace(&self) -> Option<u32> {
+        match self.estimates {
+            Estimates::Light | Estimates::InTheLimit => Some(u32::MAX),
+            Estimates::LightUpTo(edges) => Some(edges),
+            Estimates::Other { diffuse, .. } => diffuse,
+        }
+    }
+
     /// How many times wider its bounds are: solvers that connect nothing, and wait for a lamp or the lens to be hit by chance, are noisier.
     pub(super) fn leeway(&self) -> f64 {
         const CHANCE: f64 = 2.5;
@@ -85,7 +94,14 @@ fn load_at_size(scene: &str, options: &VerifyOptions) -> Result<Loaded, Experime
 }
 
 /// Those that take part, and those that do not, with the reason.
-pub(super) type Chosen<'s> = (Vec<Entrant<'s>>, Vec<(String, String)>);
+pub(super) struct Chosen<'s> {
+    /// They estimate light without bias, all of it or a part: compared in pairs, and with the furnace.
+    pub(super) entrants: Vec<Entrant<'s>>,
+    /// Whatever else they estimate: compared with the furnace, where they claim to show all light.
+    pub(super) beside: Vec<Entrant<'s>>,
+    /// Those that are in no pair.
+    pub(super) left_out: Vec<(String, String)>,
+}
 
 /// Who takes part in a scene.
 pub(super) fn chosen<'s>(options: &VerifyOptions, guests: Vec<Entrant<'s>>, loaded: &Loaded) -> Stopped<Chosen<'s>> {
@@ -93,22 +109,28 @@ pub(super) fn chosen<'s>(options: &VerifyOptions, guests: Vec<Entrant<'s>>, load
         Some(names) => names.iter().map(String::as_str).collect(),
         None => SOLVERS.iter().map(|s| s.name).collect(),
     };
-    let (mut entrants, mut left_out) = (Vec::new(), Vec::new());
+    let (mut entrants, mut beside, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
     let of_list = names.into_iter().map(|name| Ok(Entrant::listed(listed(name, loaded)?)));
     let of_list = of_list.collect::<Stopped<Vec<Entrant<'s>>>>()?;
     for entrant in of_list.into_iter().chain(guests) {
         let reason = match (entrant.needs.check(&loaded.scene), entrant.estimates) {
             (Err(refusal), _) => refusal.reason,
             (_, Estimates::InTheLimit) => {
-                "biased at any sample count: held to its rate of convergence, not to agreement".to_owned()
+                "biased at any sample count, so that it would differ: held to the furnace alone".to_owned()
             }
-            (_, Estimates::Other(words)) => format!("it estimates other light: {words}"),
+            (_, Estimates::Other { words, diffuse: Some(_) }) => {
+                format!("it estimates other light: {words}; held to the furnace alone")
+            }
+            (_, Estimates::Other { words, diffuse: None }) => format!("it estimates other light: {words}"),
             (_, Estimates::Light | Estimates::LightUpTo(_)) => {
                 entrants.push(entrant);
                 continue;
             }
         };
-        left_out.push((entrant.name, reason));
+        left_out.push((entrant.name.clone(), reason));
+        if entrant.in_furnace().is_some() && entrant.needs.check(&loaded.scene).is_ok() {
+            beside.push(entrant);
+        }
     }
-    Ok((entrants, left_out))
+    Ok(Chosen { entrants, beside, left_out })
 }

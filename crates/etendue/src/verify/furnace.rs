@@ -16,6 +16,8 @@ use std::time::Duration;
 
 /// Bounces at most, unbounded at last.
 const DEPTHS: [Option<u32>; 5] = [Some(0), Some(1), Some(2), Some(4), None];
+/// How many times longer than its share the first replicates of a solver that is in no pair may take.
+const PATIENCE: u32 = 4;
 /// Albedo.
 const ALBEDO: f64 = 0.5;
 /// Radius and field of view of the lens, degrees: wide, since some solvers must hit it by chance.
@@ -46,21 +48,29 @@ pub(super) struct Oven<'a> {
     known: Vec<[f64; 3]>,
 }
 
-/// Every solver at every depth that it can, each with its first replicates, in about `time` together.
+/// Every solver at every depth that it can, each with its first replicates, in about `time` together; and the names of those in no pair whose replicates
+/// take too long for that.
 pub(super) fn ovens<'a>(
     trial: Trial<'a>,
-    entrants: &'a [Entrant<'_>],
+    entrants: &[&'a Entrant<'_>],
     options: &VerifyOptions,
     time: Duration,
-) -> Stopped<Vec<Oven<'a>>> {
-    let in_part = |e: &Entrant<'_>| matches!(e.estimates, Estimates::LightUpTo(_));
-    let all: Vec<_> = entrants
-        .iter()
-        .enumerate()
-        .flat_map(|(i, e)| DEPTHS.into_iter().filter(move |d| d.is_some() || !in_part(e)).map(move |d| (i as u64, e, d)))
-        .collect();
+) -> Stopped<(Vec<Oven<'a>>, Vec<String>)> {
+    let (mut all, mut slow) = (Vec::new(), Vec::new());
+    let first = time.div_f64((entrants.len() * DEPTHS.len()).max(1) as f64);
+    for (i, entrant) in entrants.iter().enumerate() {
+        let once = trial.replicate(&*entrant.renderer(trial.scene), 1, u64::MAX, i as u32)?.elapsed;
+        if entrant.estimates == Estimates::InTheLimit && once * REPLICATES > PATIENCE * first {
+            slow.push(entrant.name.clone());
+            continue;
+        }
+        let edges = entrant.in_furnace().unwrap_or(0);
+        let depths = DEPTHS.into_iter().filter(|d| d.is_some() || edges == u32::MAX);
+        all.extend(depths.map(|d| (i as u64, *entrant, d)));
+    }
     let share = time.div_f64(all.len().max(1) as f64);
-    all.into_iter().map(|(place, entrant, depth)| Oven::new(trial, (place, entrant), depth, options, share)).collect()
+    let ovens = all.into_iter().map(|(place, entrant, depth)| Oven::new(trial, (place, entrant), depth, options, share));
+    Ok((ovens.collect::<Stopped<_>>()?, slow))
 }
 
 impl<'a> Oven<'a> {
@@ -78,8 +88,8 @@ impl<'a> Oven<'a> {
             Some(spp) => spp,
             None => trial.samples_in(&*render, share, REPLICATES)?,
         };
-        let counted = match entrant.estimates {
-            Estimates::LightUpTo(edges) => Some(depth.map_or(edges - 1, |n| n.min(edges - 1))),
+        let counted = match entrant.in_furnace() {
+            Some(edges) if edges < u32::MAX => Some(depth.map_or(edges - 1, |n| n.min(edges - 1))),
             _ => depth,
         };
         let l = counted.map_or(1.0, |n| 1.0 - ALBEDO.powi(n as i32 + 1)) / (1.0 - ALBEDO);

@@ -19,7 +19,7 @@ pub use schedule::Unjudged;
 use crate::choice::check_solver_name;
 use crate::experiment::{ExperimentError, Header};
 use crate::pool;
-use contest::{chosen, load_small};
+use contest::{Chosen, chosen, load_small};
 use etendue_solvers::CancelToken;
 use etendue_solvers::agreement::{Standard, Trial, Verdict};
 use furnace::{Oven, load_furnace, ovens};
@@ -99,12 +99,16 @@ pub fn verify_with(
     let trial = Trial { seed: options.seed, blocks: options.blocks, ..Trial::new(&loaded.scene, &pool, cancel) };
     let in_furnace = Trial { seed: options.seed ^ 0xf0, ..Trial::new(&furnace.scene, &pool, cancel) };
     let named: Vec<String> = guests.iter().map(|g| g.name.clone()).chain(options.solvers.iter().flatten().cloned()).collect();
-    let (entrants, left_out) = chosen(options, guests, &loaded)?;
+    let Chosen { entrants, beside, mut left_out } = chosen(options, guests, &loaded)?;
 
     // First replicates of everything; what is left of the time goes where it decides most.
     let rounds = rounds(trial, &entrants, options, options.time.mul_f64(FIRST), tell)?;
     tell("holding the solvers to the furnace");
-    let ovens = ovens(in_furnace, &entrants, options, options.time.mul_f64(FURNACE))?;
+    let all: Vec<&Entrant<'_>> = entrants.iter().chain(&beside).collect();
+    let (ovens, slow) = ovens(in_furnace, &all, options, options.time.mul_f64(FURNACE))?;
+    for (_, why) in left_out.iter_mut().filter(|(name, _)| slow.contains(name)) {
+        *why += ", which takes too long here (--time)";
+    }
     let tests = rounds.iter().map(|r| r.panel.tests()).sum::<usize>() + ovens.iter().map(Oven::tests).sum::<usize>();
     let mut all = Questions { rounds, ovens, standard: options.standard, tests, named };
     all.judge();

@@ -79,6 +79,12 @@ impl<'a> Round<'a> {
         self.pairs.iter().map(row).collect()
     }
 
+    /// The smallest bias of the whole picture that would have been seen of a solver; none where it is in no pair.
+    pub(super) fn visible(&self, solver: &str) -> Option<f64> {
+        let has = |i: usize| self.panel.candidates[i].name == solver;
+        self.pairs.iter().filter(|p| has(p.a) || has(p.b)).map(|p| p.agreement.visible_picture).reduce(f64::min)
+    }
+
     pub(super) fn efforts(&self) -> impl Iterator<Item = Effort> {
         self.panel.candidates.iter().map(|c| Effort::of(c, self.bounces))
     }

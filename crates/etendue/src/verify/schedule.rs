@@ -34,6 +34,9 @@ pub struct Unjudged {
     pub comparison: String,
     /// Time that its comparisons would need in addition, s.
     pub seconds: f64,
+    /// The smallest bias of the whole picture that would have been seen all the same, relative, in each part of the light by the comparison that shows most;
+    /// none where it is in no pair.
+    pub visible: Option<f64>,
 }
 
 /// A comparison that is still open.
@@ -69,6 +72,10 @@ impl Questions<'_> {
             let left = left();
             let mut open = self.open();
             self.leave_out(&mut open, HOPE * left.as_secs_f64());
+            // Where nothing can be told in the time that is left, what is nearest to it comes nearer, and smaller biases would be seen.
+            if open.is_empty() {
+                open = self.open();
+            }
             open.retain(|o| o.next.1 <= left);
             let Some(next) = open.iter().min_by(|a, b| a.seconds().total_cmp(&b.seconds())) else { return Ok(()) };
             match next.next.0 {
@@ -102,7 +109,8 @@ impl Questions<'_> {
             let worst = open.iter().filter(|o| o.solver == solver).max_by(|a, b| a.seconds().total_cmp(&b.seconds()));
             let comparison = worst.map_or(String::new(), |o| o.comparison.clone());
             open.retain(|o| o.solver != solver && o.other.as_ref() != Some(&solver));
-            found.push(Unjudged { solver, comparison, seconds });
+            let visible = self.rounds.iter().filter_map(|r| r.visible(&solver)).reduce(f64::max);
+            found.push(Unjudged { solver, comparison, seconds, visible });
         }
         found
     }

@@ -168,9 +168,10 @@ impl Solver for PhotonMap {
     }
 
     fn estimates(&self) -> Estimates {
+        let other = |words| Estimates::Other { words, diffuse: None };
         match SHOW[self.show] {
-            "caustic" => Estimates::Other("it shows light that came to a surface by mirrors and glass alone"),
-            "global" => Estimates::Other("it shows all light but that which came to a surface by mirrors and glass alone"),
+            "caustic" => other("it shows light that came to a surface by mirrors and glass alone"),
+            "global" => other("it shows all light but that which came to a surface by mirrors and glass alone"),
             _ => Estimates::InTheLimit,
         }
     }

@@ -15,7 +15,7 @@
 mod course;
 mod kept;
 
-use super::contest::{chosen, load_small};
+use super::contest::{Chosen, chosen, load_small};
 use super::{Stopped, VerifyOptions};
 use crate::choice::check_solver_name;
 use crate::experiment::{ExperimentError, Header};
@@ -128,7 +128,7 @@ pub fn accept(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
     let loaded = load_small(scene, options)?;
     let pool = pool::pool(options.threads)?;
     let trial = Trial { seed: options.seed, blocks: options.blocks, ..Trial::new(&loaded.scene, &pool, cancel) };
-    let (entrants, mut left_out) = chosen(options, Vec::new(), &loaded)?;
+    let Chosen { entrants, mut left_out, .. } = chosen(options, Vec::new(), &loaded)?;
     let (entrants, others): (Vec<_>, Vec<_>) = entrants.into_iter().partition(|e| e.estimates == Estimates::Light);
     left_out.extend(others.into_iter().map(|e| (e.name, "it estimates a part of the light".to_owned())));
     if entrants.len() < 2 {
