@@ -22,6 +22,9 @@ impl Event {
     /// Smooth, broad.
     pub const DIFFUSE: Self = Self(32);
 
+    /// The directions depend on the wavelength, and are those of the hero.
+    pub const DISPERSES: Self = Self(64);
+
     /// Both sets together, usable in constants.
     pub const fn with(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -31,6 +34,12 @@ impl Event {
     #[inline]
     pub const fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
+    }
+
+    /// Whether walks must go on with one wavelength.
+    #[inline]
+    pub const fn disperses(self) -> bool {
+        self.intersects(Self::DISPERSES)
     }
 
     /// Whether a density per steradian exists: next event estimation and multiple importance sampling make sense.

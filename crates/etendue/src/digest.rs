@@ -45,6 +45,7 @@ impl Digest {
 /// The digest of all scene texts, of the meshes, grids and pictures that they name, and of the values given to them.
 pub(crate) fn scene(description: &Description, options: &LoadOptions) -> u64 {
     let mut digest = Digest::new();
+    digest.word(options.spectral.map_or(0, |spectral| 1 + u64::from(spectral)));
     for i in 0..description.sources.len() {
         digest.bytes(description.sources.text(SourceId(i as u32)).as_bytes());
     }

@@ -2,7 +2,7 @@
 
 use crate::render::RenderError;
 use crate::{builtin, digest, mistakes, pool};
-use etendue_description::{Description, Diagnostics, nearest};
+use etendue_description::{Description, Diagnostics, Dialect, nearest};
 use etendue_formats::ReadOptions;
 use etendue_scene::{CompileOptions, Scene};
 use std::path::{Path, PathBuf};
@@ -18,8 +18,8 @@ pub struct LoadOptions {
     pub width: Option<u32>,
     /// Film height, pixels.
     pub height: Option<u32>,
-    /// Whether walks carry wavelengths instead of linear Rec.709.
-    pub spectral: bool,
+    /// Whether walks carry wavelengths instead of linear Rec.709; as the file's format has it otherwise.
+    pub spectral: Option<bool>,
     /// Threads for reading and building; all cores otherwise. The scene is the same for any number.
     pub threads: Option<usize>,
     /// Whether a plain `.obj` or `.ply` is a scene: its facets, flat, with a front by their winding, grey.
@@ -84,7 +84,12 @@ fn load_here(scene: &str, options: &LoadOptions) -> Result<Loaded, LoadError> {
     let begun = Instant::now();
     let (name, (description, mut diagnostics)) = read(scene, options)?;
     let read_time = begun.elapsed();
-    let compile_options = CompileOptions { size: None, width: options.width, height: options.height, spectral: options.spectral };
+    let compile_options = CompileOptions {
+        size: None,
+        width: options.width,
+        height: options.height,
+        spectral: options.spectral.unwrap_or(description.dialect == Dialect::Pbrt),
+    };
     if diagnostics.has_errors() {
         mistakes::add_those_of_the_compiler(&description, &compile_options, &mut diagnostics);
         return Err(LoadError::Scene(Box::new((description, diagnostics))));

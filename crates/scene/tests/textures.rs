@@ -7,7 +7,8 @@ use etendue_description::Severity;
 use etendue_image::{Image, SaveOptions, srgb_to_linear};
 use etendue_numerics::spectrum::cie;
 use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
-use etendue_scene::{Material, Scene, SurfaceId, Texture, texture::ColorSlot};
+use etendue_scene::texture::{Color, ColorSlot, Role};
+use etendue_scene::{Material, Scene, SurfaceId, Texture};
 use std::path::PathBuf;
 use std::sync::Arc;
 use surfaces::{compiled, compiled_scene, messages, mistakes, seen_at};
@@ -168,7 +169,8 @@ fn spectra_become_colours_by_their_role() {
 fn metals_take_spectra_without_bounds() {
     let scene = compiled(r#"<bsdf type="conductor"><rgb name="eta" value="1.5 2 3"/><rgb name="k" value="4 5 6"/></bsdf>"#);
     let Material::Conductor(metal) = scene.material(scene.surface(SurfaceId(0)).material) else { panic!("a metal") };
-    assert_eq!((metal.eta, metal.k), (ColorSlot::from([1.5, 2.0, 3.0]), ColorSlot::from([4.0, 5.0, 6.0])));
+    let unbounded = |rgb| ColorSlot::Constant(Color::rgb(rgb, Role::Unbounded));
+    assert_eq!((&metal.eta, &metal.k), (&unbounded([1.5, 2.0, 3.0]), &unbounded([4.0, 5.0, 6.0])));
 }
 
 #[test]

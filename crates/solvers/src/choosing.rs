@@ -27,8 +27,8 @@ use crate::bidirectional::literal::Whole;
 use crate::bidirectional::{Bidirectional, PathVertex, Paths};
 use crate::drivers::pixels::eye_walk;
 use crate::solver::{AnySolver, SOLVERS};
-use crate::transport::{PathRules, slot};
-use etendue_numerics::{Dim, Sampler, SequenceKind, Vec2};
+use crate::transport::{PathRules, PathState, slot};
+use etendue_numerics::{Dim, Sampler, SequenceKind, Vec2, Wavelengths};
 use etendue_scene::Scene;
 use std::collections::BTreeMap;
 
@@ -131,7 +131,8 @@ impl Trial {
         for i in 0..PATHS {
             let u = Sampler::new(SequenceKind::Sobol, 0, 0, i, PATHS);
             let place = u.u2(Dim::at(0, slot::PIXEL)) * size;
-            let eye = eye_walk(&all.c, view, corner + place, &u);
+            // Red, green and blue tell enough, whatever walks will carry.
+            let eye = PathState { wl: Wavelengths::Rgb, ..eye_walk(&all.c, view, corner + place, &u) };
             all.sample(eye, &u, &mut paths, &mut |found, light, vertices| {
                 let (at, scale) = found.pixel.map_or((place, pixels), |p| (p - corner, 1.0));
                 let h = f64::from((found.value * found.weight).luminance()) * scale;

@@ -10,7 +10,7 @@
 use crate::drivers::PixelSolver;
 use crate::parameters::{MOST_SAMPLES, Parameter, Slot};
 use crate::solver::Estimates;
-use crate::transport::{Context, Heuristic, PathRules, PathState, Vertex, arrives, emission, mis_weight, next_event, slot};
+use crate::transport::{Context, Heuristic, PathRules, PathState, arrives, emission, mis_weight, next_event, slot};
 use etendue_numerics::{Dim, Pdf, Sampler, Spectrum};
 
 /// The solver `direct`.
@@ -52,7 +52,7 @@ impl PixelSolver for Direct {
         let x = c.scene.intersect(&eye.ray).map(|hit| c.scene.interaction(&eye.ray, &hit));
         eye.collect(&c.rules, emission(c, &eye, x.as_ref()).0);
         let Some(x) = x.filter(|_| c.rules.counts(2)) else { return eye.l };
-        let vertex = Vertex::new(c.scene, x, &eye.wl);
+        let vertex = eye.vertex(c.scene, x);
 
         for i in 0..self.emitter_samples {
             eye.vertex = 1 + i;

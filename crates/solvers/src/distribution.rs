@@ -124,7 +124,7 @@ impl PixelSolver for Distribution {
 
             let end = c.ends(walk) || branch.le_only && !c.scene.has_transparent;
             let Some(x) = x.filter(|_| !end) else { continue };
-            let vertex = Vertex::new(c.scene, x, &branch.walk.wl);
+            let vertex = branch.walk.vertex(c.scene, x);
             follow_diracs(c, &branch, &vertex, u, &mut open);
             if vertex.is_smooth() && !branch.le_only {
                 l += self.shadows(c, &branch, &vertex, u, rays);

@@ -54,11 +54,12 @@ fn one(scene: &Scene, meter: &Meter, from: Reflected<'_>, samples: u32, seed: u6
     let mut sum = [0.0; 3];
     for k in 0..samples.max(1) {
         let u = Sampler::new(SequenceKind::Sobol, seed, stream, k, samples.max(1));
-        let mut e = direct(&c, meter, &u);
+        let wl = scene.wavelengths(|| u.u1(Dim::at(0, slot::WAVELENGTHS)));
+        let mut e = wl.to_rgb(direct(&c, meter, &u, &wl));
         let w = frame.to_world(square_to_cosine_hemisphere(u.u2(Dim::at(0, slot::BSDF))));
-        let eye = PathState::start(Ray::new(meter.p, w), Spectrum::ONE, Wavelengths::Rgb);
+        let eye = PathState::start(Ray::new(meter.p, w), Spectrum::ONE, wl);
         e += match from {
-            Reflected::Path => trace(&PathMis::default(), &c, eye, &u, &mut 0) * PI,
+            Reflected::Path => wl.to_rgb(trace(&PathMis::default(), &c, eye, &u, &mut 0) * PI),
             Reflected::Solution(shown) => Look(shown).leaving_towards(scene, eye.ray),
         };
         sum.iter_mut().zip(e.to_rgb()).for_each(|(s, e)| *s += f64::from(e));
@@ -67,17 +68,17 @@ fn one(scene: &Scene, meter: &Meter, from: Reflected<'_>, samples: u32, seed: u6
 }
 
 /// What a point on a light gives.
-fn direct(c: &Context<'_>, meter: &Meter, u: &Sampler) -> Spectrum {
+fn direct(c: &Context<'_>, meter: &Meter, u: &Sampler, wl: &Wavelengths) -> Spectrum {
     let from = LightReference { p: meter.p, n: meter.n, one_sided: true, shared: false };
     let (u_light, u_point) = (u.u1(Dim::at(0, slot::LIGHT)), u.u2(Dim::at(0, slot::LIGHT_POINT)));
-    let Some(light) = c.scene.sample_light(&from, u_light, u_point, &Wavelengths::Rgb) else { return Spectrum::ZERO };
+    let Some(light) = c.scene.sample_light(&from, u_light, u_point, wl) else { return Spectrum::ZERO };
     let cos = meter.n.dot(light.wi);
     if cos <= 0.0 {
         return Spectrum::ZERO;
     }
     let ray = Ray::new(meter.p, light.wi);
     let ray = if light.distance.is_finite() { ray.until(light.distance * (1.0 - SHADOW_EPSILON)) } else { ray };
-    match c.scene.transmittance(&ray, u32::MAX, &Wavelengths::Rgb) {
+    match c.scene.transmittance(&ray, u32::MAX, wl) {
         Some(through) => light.le * through.value * (cos / light.pdf.value()),
         None => Spectrum::ZERO,
     }

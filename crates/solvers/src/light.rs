@@ -10,7 +10,7 @@
 
 use crate::drivers::ParticleSolver;
 use crate::solver::Needs;
-use crate::transport::{LightContext, Particle, Tally, Vertex, through_lens};
+use crate::transport::{LightContext, Particle, Tally, through_lens};
 use etendue_numerics::Sampler;
 
 /// The solver `light`.
@@ -34,8 +34,7 @@ impl ParticleSolver for Light {
                 tally.splat(pixel, value);
             }
             let Some(x) = next else { break };
-            let mut vertex = Vertex::at(x);
-            vertex.evaluate(c.path.scene, &particle.wl);
+            let vertex = particle.vertex(c.path.scene, x);
             from = Some(x.surface);
             if !particle.turn(c, &vertex, u, tally) {
                 break;

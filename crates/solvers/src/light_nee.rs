@@ -9,7 +9,7 @@
 
 use crate::drivers::ParticleSolver;
 use crate::solver::Needs;
-use crate::transport::{LightContext, Particle, Tally, Vertex, emitter_to_sensor, to_sensor};
+use crate::transport::{LightContext, Particle, Tally, emitter_to_sensor, to_sensor};
 use etendue_numerics::Sampler;
 
 /// The solver `light-nee`.
@@ -29,8 +29,7 @@ impl ParticleSolver for LightNee {
             tally.connect(c, &query, &particle);
         }
         while let Some(x) = particle.meet(c, tally) {
-            let mut vertex = Vertex::at(x);
-            vertex.evaluate(c.path.scene, &particle.wl);
+            let vertex = particle.vertex(c.path.scene, x);
             if let Some(query) = to_sensor(c, &particle, &vertex, u) {
                 tally.connect(c, &query, &particle);
             }

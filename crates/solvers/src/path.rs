@@ -7,7 +7,7 @@
 //! Unbiased for every light that can be hit; the noisiest of its family, and the simplest [Kajiya 1986].
 
 use crate::solver::Needs;
-use crate::transport::{Context, PathSolver, PathState, Step, Vertex, slot};
+use crate::transport::{Context, PathSolver, PathState, Step, slot};
 use etendue_accel::Hit;
 use etendue_numerics::Sampler;
 
@@ -31,7 +31,7 @@ impl PathSolver for Path {
         if c.ends(state) {
             return Step::END;
         }
-        let vertex = Vertex::new(c.scene, x, &state.wl);
+        let vertex = state.vertex(c.scene, x);
         let u_lobe = u.u2(state.dim(slot::LOBE));
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
         Step { shadow: None, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }

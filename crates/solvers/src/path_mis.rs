@@ -46,7 +46,7 @@ impl PathSolver for PathMis {
         }
 
         // Light that a light sample finds.
-        vertex.evaluate(c.scene, &state.wl);
+        state.evaluate(c.scene, &mut vertex);
         vertex.shares_light = true;
         let shadow = next_event(c, state, &vertex, u, |pdf_light, pdf_bsdf| mis_weight(self.heuristic, pdf_light, pdf_bsdf));
 

@@ -7,7 +7,7 @@
 //! Le counts only where no light sample could have found it: at the vertex that the eye sees, after a discrete (mirror or glass)
 //! direction, and where the light samplers' density is zero. Counting it elsewhere as well would count direct light twice.
 
-use crate::transport::{Context, PathSolver, PathState, Step, Vertex, emission, next_event, slot};
+use crate::transport::{Context, PathSolver, PathState, Step, emission, next_event, slot};
 use etendue_accel::Hit;
 use etendue_numerics::Sampler;
 
@@ -24,7 +24,7 @@ impl PathSolver for PathNee {
             state.collect(&c.rules, le);
         }
         let Some(x) = x.filter(|_| !c.ends(state)) else { return Step::END };
-        let vertex = Vertex::new(c.scene, x, &state.wl);
+        let vertex = state.vertex(c.scene, x);
         let shadow = next_event(c, state, &vertex, u, |_, _| 1.0);
         let u_lobe = state.choices(&c.rules, &vertex, u);
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));

@@ -86,6 +86,8 @@ pub struct Needs {
     pub finite_lens: bool,
     /// No camera sees a mirror or smooth glass: no connection to the lens can find what they show.
     pub no_mirrors_in_view: bool,
+    /// Light is red, green and blue.
+    pub rgb: bool,
 }
 
 /// What a solver's picture converges to.
@@ -119,6 +121,10 @@ pub struct Refusal {
 impl Needs {
     /// Whether `scene` has what is needed.
     pub fn check(&self, scene: &Scene) -> Result<(), Refusal> {
+        if self.rgb && scene.spectral {
+            let reason = "patches carry red, green and blue, and no wavelengths; leave --spectral out, or say --rgb".to_owned();
+            return Err(Refusal { reason, instead: vec!["path-mis"] });
+        }
         let points = scene.emitters.iter().filter(|e| e.is_delta()).count();
         if self.lights_that_can_be_hit && points > 0 {
             let lights = if points == 1 {

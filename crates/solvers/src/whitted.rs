@@ -24,7 +24,7 @@ use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{Branch, Context, EachLight, PathState, Vertex, arrives, connection, emission, slot};
 use etendue_bsdf::Scatter;
 use etendue_numerics::{Sampler, Spectrum, Vec3};
-use etendue_scene::Scene;
+use etendue_scene::{Scene, texture::Role};
 
 /// The solver `whitted`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -85,7 +85,7 @@ impl PixelSolver for Tree {
             walk.collect(&c.rules, emission(c, &walk, x.as_ref()).0);
             l += walk.l;
             let Some(x) = x.filter(|_| !c.ends(&walk)) else { continue };
-            let vertex = Vertex::new(c.scene, x, &walk.wl);
+            let vertex = walk.vertex(c.scene, x);
             l += self.local_illumination(c, &walk, at, &vertex, u, rays);
 
             // Perfect reflection and refraction.
@@ -118,7 +118,8 @@ impl Tree {
             return l;
         }
         if c.rules.counts(walk.edges + 1) {
-            l += walk.beta.carry(diffuse_reflectance(vertex) * self.ambient);
+            let ambient = Role::Emission.spectrum(self.ambient, &walk.wl);
+            l += walk.beta.carry(diffuse_reflectance(vertex) * ambient);
         }
         let from = vertex.light_reference();
         for k in 0..self.lights.len() {

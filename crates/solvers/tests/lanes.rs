@@ -44,17 +44,22 @@ const LAMP: &str = r#"<shape type="rectangle">
     <transform name="to_world"><rotate x="1" angle="90"/><scale x="0.4" z="0.3"/><translate y="0.95"/></transform>
     <bsdf type="diffuse"/><emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>"#;
 
-/// The three ways give one picture, by both heuristics.
-fn must_be_equal(name: &str, scene: &Scene, rules: PathRules) {
-    for heuristic in [Heuristic::Power, Heuristic::Balance] {
+/// The three ways give one picture, by both heuristics, in RGB and in wavelengths.
+fn must_be_equal(name: &str, scene: &mut Scene, rules: PathRules) {
+    for (spectral, heuristic) in [(false, Heuristic::Power), (false, Heuristic::Balance), (true, Heuristic::Power)] {
+        scene.spectral = spectral;
+        let scene = &*scene;
         let solver = PathMis { heuristic };
         for stop in [Stop::Samples(3), Stop::Noise { percent: 1e-9, limit: 16 }] {
             let job = Job { stop, ..samples(0).with(rules) };
             let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
             let alone = bits(render(scene, &OneByOne(solver), job).0);
             assert!(alone.iter().any(|x| *x != 0), "{name} is black");
-            assert!(bits(render(scene, &StepByStep(solver), job).0) == alone, "{name}, {heuristic:?}, {stop:?}: crowds");
-            assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}: lanes");
+            assert!(
+                bits(render(scene, &StepByStep(solver), job).0) == alone,
+                "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: crowds"
+            );
+            assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: lanes");
         }
     }
 }
@@ -70,17 +75,21 @@ fn a_lone_lamp_over_walls_glass_and_gold() {
             <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.9, 0, 0.2"/></bsdf></bsdf></shape>
         <shape type="rectangle"><transform name="to_world"><scale value="0.2"/><rotate x="1" angle="100"/><translate x="0.5" z="0.2"/></transform>
             <bsdf type="twosided"><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf></shape>"#;
-    let scene = room(&diffuse(0.7), &format!("{LAMP}{inside}"));
-    must_be_equal("room", &scene, PathRules::default());
-    must_be_equal("two bounces", &scene, PathRules::default().with_bounces(2..=2));
-    must_be_equal("early roulette", &scene, PathRules { rr_depth: 1, max_edges: 4, hide_emitters: true, ..PathRules::default() });
-    must_be_equal("direct light", &scene, PathRules { max_edges: 2, ..PathRules::default() });
+    let mut scene = room(&diffuse(0.7), &format!("{LAMP}{inside}"));
+    must_be_equal("room", &mut scene, PathRules::default());
+    must_be_equal("two bounces", &mut scene, PathRules::default().with_bounces(2..=2));
+    must_be_equal(
+        "early roulette",
+        &mut scene,
+        PathRules { rr_depth: 1, max_edges: 4, hide_emitters: true, ..PathRules::default() },
+    );
+    must_be_equal("direct light", &mut scene, PathRules { max_edges: 2, ..PathRules::default() });
 }
 
 #[test]
 fn triangles_alone_in_a_small_tree() {
-    must_be_equal("a box", &room(&diffuse(0.5), LAMP), PathRules::default());
-    must_be_equal("no light but the walls'", &room(&format!("{}{}", diffuse(0.5), area("1, 2, 3")), ""), PathRules::default());
+    must_be_equal("a box", &mut room(&diffuse(0.5), LAMP), PathRules::default());
+    must_be_equal("no light but the walls'", &mut room(&format!("{}{}", diffuse(0.5), area("1, 2, 3")), ""), PathRules::default());
 }
 
 #[test]
@@ -95,9 +104,9 @@ fn textures_masks_and_other_lights() {
         <emitter type="point"><point name="position" value="0.5, 0.5, 0"/><rgb name="intensity" value="0.6, 0.1, 0.1"/></emitter>
         <shape type="sphere"><point name="center" value="0.3, -0.3, 0.4"/><float name="radius" value="0.1"/>
             <emitter type="area"><rgb name="radiance" value="1, 1, 9"/></emitter></shape>"#;
-    let scene = room(checks, &format!("{LAMP}{inside}"));
+    let mut scene = room(checks, &format!("{LAMP}{inside}"));
     for null_counts in [true, false] {
-        must_be_equal("masks", &scene, PathRules { null_counts, max_edges: 6, ..PathRules::default() });
+        must_be_equal("masks", &mut scene, PathRules { null_counts, max_edges: 6, ..PathRules::default() });
     }
 }
 
@@ -111,7 +120,7 @@ fn a_sky_instances_and_bent_normals() {
         vt 0 0\nvt 1 0\nvt 1 1\nvt 0.3 1\nvt 0.5 0.5\nf 1/1/1 5/5/5 2/2/2\nf 2/2/2 5/5/5 3/3/3\nf 3/3/3 5/5/5 4/4/4\nf 4/4/4 5/5/5 1/1/1\n";
     let pyramid = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("lanes-pyramid.obj");
     std::fs::write(&pyramid, text).expect("the folder for temporary files");
-    let scene = scene(&format!(
+    let mut scene = scene(&format!(
         r#"{}
             <emitter type="envmap"><string name="filename" value="{}"/></emitter>
             <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><scale value="4"/></transform>{}</shape>
@@ -131,5 +140,5 @@ fn a_sky_instances_and_bent_normals() {
         picture_file("lanes-texture", 2, &[[0.9, 0.1, 0.2], [0.2, 0.8, 0.1], [0.3, 0.3, 0.9], [1.0, 0.5, 0.0]]),
         diffuse(0.7),
     ));
-    must_be_equal("sky", &scene, PathRules::default());
+    must_be_equal("sky", &mut scene, PathRules::default());
 }

@@ -14,6 +14,8 @@ use etendue_numerics::{Spectrum, Vec2, Vec3};
 pub struct DielectricParams {
     /// η = interior/exterior index of refraction, > 0; the normal points to the exterior; default BK7 in air.
     pub eta: f32,
+    /// Whether η is that of one wavelength and others have another; default false.
+    pub disperses: bool,
     /// A factor on what is reflected, in [0, 1]; 1 is physical and the default.
     pub specular_reflectance: Spectrum,
     /// A factor on what is transmitted, in [0, 1]; 1 is physical and the default.
@@ -22,7 +24,12 @@ pub struct DielectricParams {
 
 impl Default for DielectricParams {
     fn default() -> Self {
-        Self { eta: super::BK7 / super::AIR, specular_reflectance: Spectrum::ONE, specular_transmittance: Spectrum::ONE }
+        Self {
+            eta: super::BK7 / super::AIR,
+            disperses: false,
+            specular_reflectance: Spectrum::ONE,
+            specular_transmittance: Spectrum::ONE,
+        }
     }
 }
 
@@ -32,12 +39,18 @@ pub struct Dielectric {
     reflectance: Spectrum,
     transmittance: Spectrum,
     eta: f32,
+    disperses: bool,
 }
 
 impl Dielectric {
     /// The lobe of these parameters.
     pub fn new(p: DielectricParams) -> Self {
-        Self { reflectance: clean(p.specular_reflectance), transmittance: clean(p.specular_transmittance), eta: clean_eta(p.eta) }
+        Self {
+            reflectance: clean(p.specular_reflectance),
+            transmittance: clean(p.specular_transmittance),
+            eta: clean_eta(p.eta),
+            disperses: p.disperses,
+        }
     }
 }
 
@@ -74,7 +87,8 @@ impl Scatter for Dielectric {
     }
 
     fn events(&self) -> Event {
-        Event::REFLECT | Event::TRANSMIT | Event::DELTA
+        let all = Event::REFLECT | Event::TRANSMIT | Event::DELTA;
+        if self.disperses { all | Event::DISPERSES } else { all }
     }
 
     fn albedo(&self, wo: Vec3) -> Spectrum {

@@ -43,6 +43,7 @@ pub struct RoughDielectric {
     transmittance: Spectrum,
     facets: Microfacets,
     eta: f32,
+    disperses: bool,
 }
 
 /// A facet that carries light from `wo` to `wi`.
@@ -96,6 +97,7 @@ impl RoughDielectric {
             transmittance: clean(d.specular_transmittance),
             facets: Microfacets::new(p.ndf, p.alpha_u, p.alpha_v, p.sample_visible),
             eta: if (eta - 1.0).abs() < 1e-4 { 1.0001 } else { eta },
+            disperses: d.disperses,
         }
     }
 
@@ -151,7 +153,8 @@ impl Scatter for RoughDielectric {
     }
 
     fn events(&self) -> Event {
-        Event::REFLECT | Event::TRANSMIT | Event::GLOSSY
+        let all = Event::REFLECT | Event::TRANSMIT | Event::GLOSSY;
+        if self.disperses { all | Event::DISPERSES } else { all }
     }
 
     fn albedo(&self, wo: Vec3) -> Spectrum {

@@ -125,7 +125,8 @@ fn lobe() -> impl Strategy<Value = Lobe> {
     (0..12usize, prop::array::uniform16(number()), prop::array::uniform3(spectrum()), any::<[bool; 3]>()).prop_map(
         |(kind, x, s, b)| {
             let ndf = if b[0] { Ndf::Ggx } else { Ndf::Beckmann };
-            let dielectric = DielectricParams { eta: x[0], specular_reflectance: s[0], specular_transmittance: s[1] };
+            let dielectric =
+                DielectricParams { eta: x[0], disperses: false, specular_reflectance: s[0], specular_transmittance: s[1] };
             let conductor = ConductorParams { eta: s[0], k: s[1], specular_reflectance: s[2] };
             let plastic = PlasticParams { diffuse_reflectance: s[0], specular_reflectance: s[1], eta: x[0], nonlinear: b[1] };
             let (alpha_u, alpha_v, sample_visible) = (x[1], x[2], b[2]);

@@ -22,6 +22,7 @@ fn worth(scene: &str, defines: &[(String, String)], size: u32, seconds: u64) -> 
         seed: 0,
         threads: None,
         defines: defines.to_vec(),
+        spectral: None,
         standard: Standard::default(),
     };
     let results = compare(scene, &options, &CancelToken::default(), &|_| ()).map_err(|e| format!("{scene}: {e:?}"))?;

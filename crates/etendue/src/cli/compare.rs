@@ -55,6 +55,7 @@ pub fn run(a: &CompareArguments) -> Done {
         seed: a.common.seed,
         threads: a.common.scene.threads(),
         defines: a.common.scene.define.clone(),
+        spectral: a.common.scene.spectral(),
         standard: Standard::default(),
     };
     let Some(results) = a.common.watch("nothing was written", |cancel, tell| compare(&a.scene, &options, cancel, tell))? else {

@@ -79,6 +79,7 @@ fn table(text: &str) -> Result<PathBuf, String> {
 }
 
 pub fn run(a: &FormFactorArguments) -> Done {
+    a.common.no_wavelengths()?;
     let threads = a.common.threads();
     let options = LoadOptions { bare_meshes: true, ..a.common.options(SizeArguments::default()) };
     let loaded = scene(&a.scene, &options, a.quiet)?;

@@ -56,6 +56,7 @@ pub fn run(arguments: &InfoArguments) -> Done {
         let layers: Vec<_> = scene.integrator.aovs.iter().map(|(name, quantity)| format!("{name} ({quantity})")).collect();
         row("layers", layers.join(", "));
     }
+    row("light", if scene.spectral { "wavelengths, four a walk" } else { "red, green and blue" }.to_owned());
     row("shapes", format!("{} surfaces, {} triangles, {} instances", scene.surfaces.len(), scene.triangles, scene.instances.len()));
     let bytes = scene.accel.stats().bytes as u64;
     row("tree", format!("{} for casting rays", memory::human(bytes)));

@@ -5,9 +5,9 @@ use super::scene::{SceneArguments, ViewArguments, scene};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, parse};
 use clap::{Args, ValueEnum};
-use etendue::Loaded;
 use etendue::radiosity::bounces::bounce_pictures;
 use etendue::radiosity::{Report, View, export, look, solve};
+use etendue::{LoadOptions, Loaded};
 use etendue_image::{Format, Picture, SaveOptions, save, write_atomically};
 use etendue_radiosity::Solved;
 use etendue_radiosity::patch::PatchSize;
@@ -202,8 +202,9 @@ pub fn solved(
 
 pub fn run(a: &RadiosityArguments) -> Done {
     a.output.iter().chain(&a.stats).try_for_each(|path| files::writable(path))?;
+    a.common.no_wavelengths()?;
     let threads = a.common.threads();
-    let loaded = scene(&a.scene, &a.common.options(a.view.size), a.quiet)?;
+    let loaded = scene(&a.scene, &LoadOptions { spectral: Some(false), ..a.common.options(a.view.size) }, a.quiet)?;
     let default = || vec![PathBuf::from(format!("{}.exr", loaded.name)), PathBuf::from(format!("{}.png", loaded.name))];
     let outputs = if a.output.is_empty() { default() } else { a.output.clone() };
     let (tables, pictures): (Vec<_>, Vec<_>) = outputs.iter().partition(|p| export::ENDINGS.contains(&ending(p).as_str()));

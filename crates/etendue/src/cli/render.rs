@@ -58,9 +58,6 @@ pub struct RenderArguments {
     /// Light of exactly so many bounces: A..B with both ends, A.. without an end, or one number; 0 = emitters.
     #[arg(long, value_name = "A..B", value_parser = parse::bounces, conflicts_with = "max_depth")]
     bounces: Option<RangeInclusive<u32>>,
-    /// Render with spectra instead of RGB.
-    #[arg(long)]
-    spectral: bool,
     /// Point set: sobol, stratified, independent.
     #[arg(long, value_name = "NAME", value_parser = parse::sequence)]
     sampler: Option<SequenceKind>,
@@ -96,9 +93,6 @@ pub struct RenderArguments {
 }
 
 pub fn run(a: &RenderArguments) -> Done {
-    if a.spectral {
-        return Err("rendering with spectra is not there yet; leave --spectral out to render in RGB".to_owned());
-    }
     for path in a.output.iter().chain(&a.stats).chain(&a.checkpoint) {
         files::writable(path)?;
     }

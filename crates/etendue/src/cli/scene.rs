@@ -13,6 +13,12 @@ pub struct SceneArguments {
     /// Threads; all cores otherwise. The result is the same for any number.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
+    /// Walks carry wavelengths instead of red, green and blue.
+    #[arg(long)]
+    spectral: bool,
+    /// Walks carry red, green and blue, also where the scene's format asks for wavelengths (pbrt).
+    #[arg(long, conflicts_with = "spectral")]
+    rgb: bool,
 }
 
 /// The size of the film.
@@ -42,10 +48,31 @@ impl SceneArguments {
         self.threads.map(usize::from)
     }
 
+    /// Whether walks carry wavelengths, where that was told.
+    pub fn spectral(&self) -> Option<bool> {
+        (self.spectral || self.rgb).then_some(self.spectral)
+    }
+
+    /// Refuses wavelengths where there are only red, green and blue.
+    pub fn no_wavelengths(&self) -> Result<(), String> {
+        if self.spectral {
+            Err("patches carry red, green and blue, and no wavelengths: leave --spectral out".to_owned())
+        } else {
+            Ok(())
+        }
+    }
+
     /// As the library takes them.
     pub fn options(&self, size: SizeArguments) -> LoadOptions {
         let SizeArguments { width, height } = size;
-        LoadOptions { defines: self.define.clone(), width, height, threads: self.threads(), ..LoadOptions::default() }
+        LoadOptions {
+            defines: self.define.clone(),
+            width,
+            height,
+            threads: self.threads(),
+            spectral: self.spectral(),
+            ..LoadOptions::default()
+        }
     }
 }
 

@@ -72,6 +72,7 @@ pub fn run(a: &VerifyArguments) -> Done {
         seed: a.common.seed,
         threads: a.common.scene.threads(),
         defines: a.common.scene.define.clone(),
+        spectral: a.common.scene.spectral(),
         standard: Standard { alpha: 0.01 * a.alpha, bound: 0.01 * a.bound, block_bound: 0.01 * a.block_bound },
         keep: a.keep.clone(),
     };

@@ -69,6 +69,8 @@ pub struct CompareOptions {
     pub threads: Option<usize>,
     /// Values for the file's `<default>` parameters.
     pub defines: Vec<(String, String)>,
+    /// Whether walks carry wavelengths; as the file's format has it otherwise.
+    pub spectral: Option<bool>,
     /// How strictly is judged.
     pub standard: Standard,
 }

@@ -23,6 +23,7 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
         width: options.width,
         height: options.height,
         threads: options.threads,
+        spectral: options.spectral,
         ..LoadOptions::default()
     };
     let mut loaded = load(scene, &load_options).map_err(ExperimentError::Load)?;

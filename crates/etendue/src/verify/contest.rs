@@ -76,8 +76,14 @@ pub(super) fn load_small(scene: &str, options: &VerifyOptions) -> Result<Loaded,
 
 fn load_at_size(scene: &str, options: &VerifyOptions) -> Result<Loaded, ExperimentError> {
     let at = |width: Option<u32>, height: Option<u32>| {
-        let load_options =
-            LoadOptions { defines: options.defines.clone(), width, height, threads: options.threads, ..LoadOptions::default() };
+        let load_options = LoadOptions {
+            defines: options.defines.clone(),
+            width,
+            height,
+            threads: options.threads,
+            spectral: options.spectral,
+            ..LoadOptions::default()
+        };
         load(scene, &load_options).map_err(ExperimentError::Load)
     };
     let loaded = at(None, None)?;

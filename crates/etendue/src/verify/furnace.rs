@@ -27,8 +27,14 @@ pub(super) fn load_furnace(options: &VerifyOptions) -> Result<Loaded, Experiment
     let [radius, fov] = LENS.map(str::to_owned);
     let defines = [("albedo", ALBEDO.to_string()), ("aperture", radius), ("fov", fov)];
     let defines = defines.map(|(name, value)| (name.to_owned(), value)).to_vec();
-    let load_options =
-        LoadOptions { defines, width: Some(16), height: Some(16), threads: options.threads, ..LoadOptions::default() };
+    let load_options = LoadOptions {
+        defines,
+        width: Some(16),
+        height: Some(16),
+        threads: options.threads,
+        spectral: options.spectral,
+        ..LoadOptions::default()
+    };
     load("furnace", &load_options).map_err(ExperimentError::Load)
 }
 

@@ -47,6 +47,8 @@ pub struct VerifyOptions {
     pub threads: Option<usize>,
     /// Values for the file's `<default>` parameters.
     pub defines: Vec<(String, String)>,
+    /// Whether walks carry wavelengths; as the file's format has it otherwise.
+    pub spectral: Option<bool>,
     /// How strictly is judged.
     pub standard: Standard,
     /// Folder where [`accept`] keeps its replicates and goes on from them.
@@ -64,6 +66,7 @@ impl Default for VerifyOptions {
             seed: 0,
             threads: None,
             defines: Vec::new(),
+            spectral: None,
             standard: Standard::default(),
             keep: None,
         }

@@ -91,7 +91,8 @@ fn wrong_usage_ends_with_2_and_the_rest_with_1() {
     for command in ["compare", "verify"] {
         bench.bad(1, &[command, "furnace", "--solvers", "path,depth"]).says(&["`depth` shows no light", "render --solver depth"]);
     }
-    bench.bad(1, &["render", "--spectral"]).says(&["not there yet"]);
+    bench.bad(1, &["render", "--spectral", "--solver", "radiosity"]).says(&["red, green and blue"]);
+    bench.bad(2, &["render", "--spectral", "--rgb"]);
     bench.bad(1, &["render", "--view", "1"]).says(&["1 sensor"]);
     bench.bad(1, &["render", "--width", "2147483300"]).says(&["2147483300", "GiB"]);
     bench.bad(1, &["render", "-o", "nowhere/a.exr"]).says(&["nowhere", "does not exist"]);

@@ -34,6 +34,53 @@ pub fn dielectric(name: &str) -> Option<f32> {
     DIELECTRICS.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|&(_, eta)| eta)
 }
 
+/// Glass whose index follows from its resonances [Sellmeier 1872]:
+///
+/// ```text
+/// n² = 1 + Σ_i B_i λ² / (λ² - C_i)        λ in µm against vacuum
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    b: [f64; 3],
+    c: [f64; 3],
+}
+
+const fn glass_of(b: [f64; 3], c: [f64; 3]) -> Glass {
+    Glass { b, c }
+}
+
+/// Optical glasses by their makers' coefficients [SCHOTT, Optical Glass Data Sheets], and fused silica [Malitson 1965]. `f5`, `f10` and `f11` are
+/// pbrt's names for the dense flints SF5, SF10 and SF11.
+pub const GLASSES: [(&str, Glass); 11] = [
+    ("glass-bk7", glass_of([1.03961212, 0.231792344, 1.01046945], [0.00600069867, 0.0200179144, 103.560653])),
+    ("glass-baf10", glass_of([1.5851495, 0.143559385, 1.08521269], [0.00926681282, 0.0424489805, 105.613573])),
+    ("glass-fk51a", glass_of([0.971247817, 0.216901417, 0.904651666], [0.00472301995, 0.0153575612, 168.68133])),
+    ("glass-lasf9", glass_of([2.00029547, 0.298926886, 1.80691843], [0.0121426017, 0.0538736236, 156.530829])),
+    ("glass-sf5", SF5),
+    ("glass-f5", SF5),
+    ("glass-sf10", SF10),
+    ("glass-f10", SF10),
+    ("glass-sf11", SF11),
+    ("glass-f11", SF11),
+    ("glass-silica", glass_of([0.6961663, 0.4079426, 0.8974794], [0.004679148, 0.01351206, 97.934003])),
+];
+const SF5: Glass = glass_of([1.46141885, 0.247713019, 0.949995832], [0.0111826126, 0.0508594669, 112.041888]);
+const SF10: Glass = glass_of([1.61625977, 0.259229334, 1.07762317], [0.0127534559, 0.0581983954, 116.60768]);
+const SF11: Glass = glass_of([1.73848403, 0.311168974, 1.17490871], [0.0136068604, 0.0615960463, 121.922711]);
+
+/// The glass `name`, letter case aside.
+pub fn glass(name: &str) -> Option<Glass> {
+    GLASSES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|&(_, glass)| glass)
+}
+
+impl Glass {
+    /// n at a visible wavelength, nm.
+    pub fn index(&self, nm: f64) -> f64 {
+        let square = (nm * 1e-3).powi(2);
+        (1.0 + self.b.iter().zip(self.c).map(|(b, c)| b * square / (square - c)).sum::<f64>()).sqrt()
+    }
+}
+
 /// The measurements: see the head of the file.
 static CONDUCTORS: &str = include_str!("data/conductors.txt");
 
@@ -93,6 +140,26 @@ mod tests {
         assert_eq!(dielectric("Water"), Some(1.333));
         assert_eq!(dielectric("milk"), None);
         assert!(DIELECTRICS.iter().all(|(name, eta)| *eta >= 1.0 && dielectric(name) == Some(*eta)));
+    }
+
+    /// The index at the d line and the Abbe number, as catalogues have them.
+    #[test]
+    fn glasses_disperse_as_their_data_sheets_say() {
+        for (name, n, abbe) in [
+            ("glass-bk7", 1.5168, 64.17),
+            ("glass-BAF10", 1.67003, 47.11),
+            ("glass-fk51a", 1.48656, 84.47),
+            ("glass-lasf9", 1.85025, 32.17),
+            ("glass-F5", 1.67270, 32.21),
+            ("glass-sf10", 1.72825, 28.41),
+            ("glass-f11", 1.78472, 25.76),
+            ("glass-silica", 1.45846, 67.82),
+        ] {
+            let glass = glass(name).unwrap();
+            let [d, f, c] = [587.5618, 486.1327, 656.2725].map(|nm| glass.index(nm));
+            assert!((d - n).abs() < 2e-5 && ((d - 1.0) / (f - c) - abbe).abs() < 0.05, "{name}: {d} {}", (d - 1.0) / (f - c));
+        }
+        assert!(glass("glass-sf12").is_none());
     }
 
     /// Figures that Mitsuba 3.9.1 gives in RGB mode.

@@ -37,6 +37,11 @@ impl SampledSpectrum {
         self.values[i] + t * (self.values[i + 1] - self.values[i])
     }
 
+    /// The value at the wavelength `nm`; beyond the ends as at the ends.
+    pub fn eval_clamped(&self, nm: f64) -> f64 {
+        self.eval(nm.clamp(self.nm[0], self.nm[self.nm.len() - 1]))
+    }
+
     /// The pairs.
     pub fn pairs(&self) -> impl Iterator<Item = (f64, f64)> {
         self.nm.iter().copied().zip(self.values.iter().copied())

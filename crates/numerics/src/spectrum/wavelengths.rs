@@ -14,7 +14,7 @@
 //! (0.001 to 0.004) and blue (0.01 to 0.18) and falls for red (0.055 to 0.014).
 //!
 //! The first wavelength is the hero. Where a surface sends every wavelength another way (dispersion), the walk goes on with the hero alone:
-//! its lane counts four times, the others are dark from there on; what they have collected before stays. [`Hero::is_alone`] tells that this has
+//! its lane counts four times, the others are dark from there on; what they have collected before stays. [`Wavelengths::is_alone`] tells that this has
 //! happened, for it happens once.
 
 use super::Spectrum;
@@ -23,9 +23,10 @@ use glam::Vec4;
 use std::sync::LazyLock;
 
 /// What the lanes of a [`Spectrum`] stand for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Wavelengths {
     /// Linear Rec.709 red, green, blue, and an unused zero.
+    #[default]
     Rgb,
     /// Values at four wavelengths.
     Hero(Hero),
@@ -44,9 +45,14 @@ impl Wavelengths {
     /// The wavelengths of the number `u` in [0, 1).
     #[inline]
     pub fn hero(u: f32) -> Self {
-        let (rows, t) = TABLE.rows(u);
-        let between = |column: fn(&Row) -> f32| Vec4::from(rows.map(|[a, b]| column(a) + t * (column(b) - column(a))));
-        Self::Hero(Hero { nm: between(|row| row.nm), illuminant: between(|row| row.illuminant), u, alone: false })
+        let ([a, b, c, d], t) = TABLE.rows(u);
+        let nm = [Vec4::new(a[0].nm, b[0].nm, c[0].nm, d[0].nm), Vec4::new(a[1].nm, b[1].nm, c[1].nm, d[1].nm)];
+        let illuminant = [
+            Vec4::new(a[0].illuminant, b[0].illuminant, c[0].illuminant, d[0].illuminant),
+            Vec4::new(a[1].illuminant, b[1].illuminant, c[1].illuminant, d[1].illuminant),
+        ];
+        let between = |[low, high]: [Vec4; 2]| low + t * (high - low);
+        Self::Hero(Hero { nm: between(nm), illuminant: between(illuminant), u, alone: false })
     }
 
     /// Whether lanes are red, green and blue.
@@ -71,6 +77,12 @@ impl Wavelengths {
             Self::Rgb => l,
             Self::Hero(hero) => hero.to_rgb(l),
         }
+    }
+
+    /// Whether the walk goes on with the hero alone.
+    #[inline]
+    pub fn is_alone(&self) -> bool {
+        matches!(self, Self::Hero(hero) if hero.alone)
     }
 
     /// Goes on with the hero alone. Returns the factor for the lanes: 4 for the hero's and 0 for the others, or 1 if they are given up already.
@@ -104,20 +116,11 @@ impl Hero {
         TABLE.rows(self.u).0.map(|[row, _]| 1.0 / row.per_pdf)
     }
 
-    /// Whether the walk goes on with the first wavelength alone.
-    #[inline(always)]
-    pub fn is_alone(&self) -> bool {
-        self.alone
-    }
-
     #[inline]
     fn to_rgb(self, l: Spectrum) -> Spectrum {
-        let (rows, t) = TABLE.rows(self.u);
-        let mut rgb = Vec4::ZERO;
-        for (lane, [a, b]) in rows.iter().enumerate() {
-            rgb += (a.response + t * (b.response - a.response)) * (0.25 * a.per_pdf * l[lane]);
-        }
-        Spectrum(rgb)
+        let ([a, b, c, d], t) = TABLE.rows(self.u);
+        let l = l * 0.25;
+        Spectrum(Row::seen(a, t) * l[0] + Row::seen(b, t) * l[1] + Row::seen(c, t) * l[2] + Row::seen(d, t) * l[3])
     }
 }
 
@@ -135,21 +138,27 @@ struct Row {
     per_pdf: f32,
 }
 
+impl Row {
+    /// s̄/p at a place between two borders.
+    #[inline(always)]
+    fn seen([low, high]: [&Self; 2], t: f32) -> Vec4 {
+        (low.response + t * (high.response - low.response)) * low.per_pdf
+    }
+}
+
 struct Table([Row; CELLS + 1]);
 
 static TABLE: LazyLock<Table> = LazyLock::new(Table::new);
 
 impl Table {
     /// The borders around the four places, and how far these are from the first to the second, for all of them alike.
-    #[inline]
+    #[inline(always)]
     fn rows(&self, u: f32) -> ([[&Row; 2]; 4], f32) {
         let x = u * CELLS as f32;
         let cell = (x as usize).min(CELLS - 1);
-        let row = |k: usize| {
-            let i = (cell + k * (CELLS / 4)) % CELLS;
-            [&self.0[i], &self.0[i + 1]]
-        };
-        ([row(0), row(1), row(2), row(3)], x - cell as f32)
+        let [a, b, c, d] = [cell, (cell + CELLS / 4) % CELLS, (cell + CELLS / 2) % CELLS, (cell + 3 * (CELLS / 4)) % CELLS];
+        let rows = &self.0;
+        ([[&rows[a], &rows[a + 1]], [&rows[b], &rows[b + 1]], [&rows[c], &rows[c + 1]], [&rows[d], &rows[d + 1]]], x - cell as f32)
     }
 
     fn new() -> Self {

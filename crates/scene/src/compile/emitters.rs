@@ -4,8 +4,8 @@ use super::Compiler;
 use super::sensors::Scales;
 use crate::emitter::{Area, Constant, Directional, DirectionalArea, Emitter, Environment, Model, Point, Projector, Spot};
 use crate::ids::{EmitterId, SurfaceId};
-use crate::texture::{Color, ColorSlot, Texels, Texture};
-use etendue_description::{NodeId, Params};
+use crate::texture::{Color, ColorSlot, Role, Texels, Texture};
+use etendue_description::{Dialect, NodeId, Params};
 use etendue_numerics::{Frame, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -75,7 +75,7 @@ impl<'a> Compiler<'a> {
             ColorSlot::Texture(_) => {
                 let text = format!("`{name}` of `{}` cannot be a texture: there is no surface for it", params.node.model.value);
                 self.diagnostics.error(params.span_of(name), text);
-                Color::grey(1.0)
+                Color::rgb([1.0; 3], Role::Emission)
             }
         }
     }
@@ -93,8 +93,8 @@ impl<'a> Compiler<'a> {
         let intensity = self.even_emission(params, "intensity");
         let cutoff = params.float(self.diagnostics, "cutoff_angle", 20.0, 1e-3..=180.0);
         let beam = params.float(self.diagnostics, "beam_width", 0.75 * cutoff, 0.0..=180.0);
-        let texture = params.has("texture").then(|| self.emission(params, "texture", 1.0));
-        self.needs_no_surface(params, "texture", texture);
+        let texture = params.has("texture").then(|| self.unbounded(params, "texture", 1.0));
+        self.needs_no_surface(params, "texture", texture.as_ref());
         let (p, axes) = self.pose(params, Scales::TakeOut)?;
         Some(Spot::new(p, axes, intensity, cutoff.to_radians() as f32, beam.to_radians() as f32, texture))
     }
@@ -139,14 +139,15 @@ impl<'a> Compiler<'a> {
             self.diagnostics.warning(span, text);
         }
         let (_, axes) = pose?;
-        Some(Environment::new(Arc::new(texels), scale, axes))
+        let mitsuba = self.description.dialect == Dialect::Mitsuba;
+        Some(Environment::new(Arc::new(texels), scale, axes).with_hue_apart(mitsuba))
     }
 
     fn projector(&mut self, params: &mut Params<'a>) -> Option<Projector> {
         let scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
         let irradiance = self.emission(params, "irradiance", 1.0);
-        self.needs_no_surface(params, "irradiance", Some(irradiance));
-        let aspect = match irradiance {
+        self.needs_no_surface(params, "irradiance", Some(&irradiance));
+        let aspect = match &irradiance {
             ColorSlot::Texture(id) => match &self.textures[id.index()] {
                 Texture::Bitmap(bitmap) => bitmap.texels.width() as f64 / bitmap.texels.height() as f64,
                 _ => 1.0,
@@ -167,18 +168,18 @@ impl<'a> Compiler<'a> {
     }
 
     /// Refuses a picture that looks at the surface which it lies on, for there is none.
-    fn needs_no_surface(&mut self, params: &Params<'a>, name: &str, slot: Option<ColorSlot>) {
+    fn needs_no_surface(&mut self, params: &Params<'a>, name: &str, slot: Option<&ColorSlot>) {
         if slot.is_some_and(|slot| self.looks_at_surfaces(slot)) {
             let text = format!("`{name}` of `{}` cannot be a mesh attribute: there is no mesh", params.node.model.value);
             self.diagnostics.error(params.span_of(name), text);
         }
     }
 
-    fn looks_at_surfaces(&self, slot: ColorSlot) -> bool {
+    fn looks_at_surfaces(&self, slot: &ColorSlot) -> bool {
         let ColorSlot::Texture(id) = slot else { return false };
         match &self.textures[id.index()] {
             Texture::MeshAttribute(_) => true,
-            Texture::Checkerboard(board) => board.color.iter().any(|c| self.looks_at_surfaces(*c)),
+            Texture::Checkerboard(board) => board.color.iter().any(|c| self.looks_at_surfaces(c)),
             _ => false,
         }
     }

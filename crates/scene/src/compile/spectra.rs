@@ -11,6 +11,9 @@
 //! | `blackbody` | refused: it is a light | Planck's law | refused |
 //!
 //! The integrals behind the last three rows are those of [`etendue_numerics::spectrum::cie`].
+//!
+//! Walks that carry wavelengths take spectra as they are, whatever they stand for; colours become smooth spectra
+//! ([`etendue_numerics::spectrum::upsample`]), and numbers the same at each wavelength, times D65 where they are emission. `uniform` is never times D65.
 
 mod constants;
 
@@ -19,7 +22,7 @@ pub(super) use constants::{CONSTANT_MODELS, ConstantSpectrum};
 use super::Compiler;
 use crate::texture::{Color, ColorSlot, Role, ScalarSlot, Texture};
 use etendue_description::{NodeId, Param, Params, Span, SpectrumValue, Value};
-use etendue_numerics::spectrum::{SampledSpectrum, cie};
+use etendue_numerics::spectrum::{Curve, SampledSpectrum, cie};
 use std::ops::RangeInclusive;
 
 impl<'a> Compiler<'a> {
@@ -41,7 +44,7 @@ impl<'a> Compiler<'a> {
     pub(super) fn colour_slot(&mut self, params: &mut Params<'a>, name: &'static str, default: f32, role: Role) -> ColorSlot {
         let param = params.spectrum_opt(self.diagnostics, name);
         let slot = param.and_then(|param| self.slot(param, role));
-        slot.unwrap_or(ColorSlot::Constant(Color::grey(default)))
+        slot.unwrap_or_else(|| ColorSlot::Constant(Color::rgb([default; 3], role)))
     }
 
     /// A number that may be textured. Outside `range` it is told and answered by the nearest end, as far as it is constant.
@@ -103,12 +106,14 @@ impl<'a> Compiler<'a> {
 
     /// Linear Rec.709 of a constant spectrum in its role; `None` where it cannot have that role, which has been told.
     pub(super) fn color(&mut self, constant: &ConstantSpectrum, role: Role, span: Span) -> Option<Color> {
-        let rgb = match constant {
-            ConstantSpectrum::Grey(x) => {
+        let (rgb, curve) = match constant {
+            ConstantSpectrum::Grey(x) | ConstantSpectrum::Uniform(x) => {
                 if role == Role::Reflectance && !(0.0..=1.0).contains(x) {
                     self.diagnostics.warning(span, format!("a reflectance of {x} is outside 0 to 1: energy is not conserved"));
                 }
-                [*x; 3]
+                let lit = role == Role::Emission && matches!(constant, ConstantSpectrum::Grey(_));
+                let x32 = *x as f32;
+                ([*x; 3], Some(if lit { Curve::emission([x32; 3]) } else { Curve::flat(x32) }))
             }
             ConstantSpectrum::Rgb { rgb, bounded } => {
                 if role == Role::Reflectance && *bounded && !rgb.iter().all(|x| (0.0..=1.0).contains(x)) {
@@ -117,7 +122,7 @@ impl<'a> Compiler<'a> {
                     self.diagnostics.error(span, text);
                     return None;
                 }
-                *rgb
+                (*rgb, None)
             }
             ConstantSpectrum::Spectrum(SpectrumValue::Blackbody { .. }) if role != Role::Emission => {
                 self.diagnostics.error(span, "a `blackbody` is a light: it cannot be a surface's parameter");
@@ -126,7 +131,7 @@ impl<'a> Compiler<'a> {
             ConstantSpectrum::Spectrum(s) => match rgb_of(s, role) {
                 Some(rgb) => {
                     self.check_spectrum(s, role, span);
-                    rgb
+                    (rgb, Some(curve_of(s)))
                 }
                 None => {
                     self.diagnostics.error(span, "a spectrum needs two or more finite values at rising wavelengths");
@@ -137,7 +142,7 @@ impl<'a> Compiler<'a> {
         };
         let [r, g, b] = rgb.map(|x| x as f32);
         if [r, g, b].iter().all(|x| x.is_finite()) {
-            return Some(Color::rgb(r, g, b));
+            return Some(Color::new([r, g, b], curve.unwrap_or_else(|| role.curve([r, g, b]))));
         }
         self.diagnostics.error(span, format!("the colour ({r}, {g}, {b}) is not finite"));
         None
@@ -152,6 +157,17 @@ impl<'a> Compiler<'a> {
         if role == Role::Reflectance && !values.iter().all(|x| (0.0..=1.0).contains(x)) {
             self.diagnostics.warning(span, "a reflectance outside 0 to 1: energy is not conserved");
         }
+    }
+}
+
+/// A spectrum as walks with wavelengths have it: as it is, whatever its role.
+fn curve_of(spectrum: &SpectrumValue) -> Curve {
+    match spectrum {
+        SpectrumValue::Constant(x) => Curve::flat(*x as f32),
+        SpectrumValue::Samples(pairs) => {
+            SampledSpectrum::new(pairs).map_or(Curve::flat(0.0), |s| Curve::measured(|nm| s.eval(nm).max(0.0)))
+        }
+        SpectrumValue::Blackbody { kelvin, scale } => Curve::measured(|nm| cie::blackbody(nm, *kelvin) * scale),
     }
 }
 

@@ -11,6 +11,9 @@
 //! Where a walk looks for light as well, P ∝ max(mean of the four - L̄, 0) · Ω with L̄ = ∫ Le dw / 4π: light samples see to suns and windows, and
 //! leave to the walk what shines from all around, which it finds at least as well [Karlík et al. 2019, MIS compensation].
 //!
+//! To walks that carry wavelengths Mitsuba shows the product of two interpolations, of texels' brightness (the largest channel) and of their hue, and its
+//! scenes are rendered so: between texels of unlike brightness the colour is that of the darker one more than it should be (`hue_apart`).
+//!
 //! Within a cell directions are drawn evenly in φ and cosθ, so the density is constant there and holds sinθ exactly. A cell is never
 //! drawn only if its four corners are black, and then so is all of it.
 //!
@@ -21,9 +24,10 @@
 //! | `to_world` | from the picture's coordinates (y up; the picture's left edge lies towards -z, its middle towards +z) | identity |
 
 use super::directional::{disk_density, from_infinity, outside, scene_sphere};
+use super::lights::of;
 use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightQuery, LightReference, LightSample, PositionPdf, scalar};
 use crate::scene::Scene;
-use crate::texture::Texels;
+use crate::texture::{Role, Texels};
 use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
 use etendue_numerics::table::Table2D;
 use etendue_numerics::{Frame, Pdf, Spectrum, Vec2, Vec3, Wavelengths};
@@ -47,6 +51,8 @@ pub struct Environment {
     rows: Vec<[f32; 2]>,
     /// ∫ Le dw, W/m².
     integral: Spectrum,
+    /// Whether wavelengths see brightness and hue interpolated apart.
+    hue_apart: bool,
 }
 
 impl Environment {
@@ -55,8 +61,18 @@ impl Environment {
         let (width, height) = (texels.width(), texels.height().max(2));
         let rows = (0..height).map(|row| [cos_theta(height, row), 1.0 / solid_angle(width, height, row)]).collect();
         let none = Table2D::new(&[], 1, 1);
-        let mut new =
-            Self { texels, scale, width, height, axes, cells: none.clone(), excess: none, rows, integral: Spectrum::ZERO };
+        let mut new = Self {
+            texels,
+            scale,
+            width,
+            height,
+            axes,
+            cells: none.clone(),
+            excess: none,
+            rows,
+            integral: Spectrum::ZERO,
+            hue_apart: false,
+        };
 
         let mut weights = Vec::with_capacity(width * (height - 1));
         let mut integral = [0f64; 3];
@@ -77,6 +93,11 @@ impl Environment {
         let excess = |(i, w): (usize, &f32)| (w - 1.001 * mean * solid_angle(width, height, i / width)).max(0.0);
         new.excess = Table2D::new(&weights.iter().enumerate().map(excess).collect::<Vec<_>>(), width, height - 1);
         new
+    }
+
+    /// The same, interpolated for wavelengths as Mitsuba has it.
+    pub fn with_hue_apart(self, hue_apart: bool) -> Self {
+        Self { hue_apart, ..self }
     }
 
     /// Radiance of a texel; below zero there is no light.
@@ -100,10 +121,19 @@ impl Environment {
 
     /// Le at a place in a cell.
     #[inline]
-    fn radiance(&self, (column, row, place): (usize, usize, Vec2)) -> Spectrum {
+    fn radiance(&self, (column, row, place): (usize, usize, Vec2), wl: &Wavelengths) -> Spectrum {
         let right = if column + 1 == self.width { 0 } else { column + 1 };
-        let across = |row: usize| Spectrum::lerp(place.x, self.texel(column, row), self.texel(right, row));
-        Spectrum::lerp(place.y, across(row), across(row + 1))
+        let between = |f: &dyn Fn(Spectrum) -> Spectrum| {
+            let across = |row: usize| Spectrum::lerp(place.x, f(self.texel(column, row)), f(self.texel(right, row)));
+            Spectrum::lerp(place.y, across(row), across(row + 1))
+        };
+        let rgb = if self.hue_apart && !wl.is_rgb() {
+            let brightness = between(&|texel| Spectrum::splat(texel.max_lane()));
+            brightness * between(&|texel| texel / texel.max_lane().max(f32::MIN_POSITIVE))
+        } else {
+            between(&|texel| texel)
+        };
+        Role::Emission.spectrum(rgb, wl)
     }
 
     /// The cells as light samples draw them.
@@ -123,15 +153,15 @@ impl Environment {
     }
 
     /// A unit direction in the picture's coordinates drawn from `cells`, with its p_w and Le.
-    fn sample_local(&self, cells: &Table2D, u: Vec2) -> Option<(Vec3, f32, Spectrum)> {
+    fn sample_local(&self, cells: &Table2D, u: Vec2, wl: &Wavelengths) -> Option<(Vec3, f32, Spectrum)> {
         if cells.sum() <= 0.0 {
             return None;
         }
-        Some(self.point(cells.sample_discrete(u)))
+        Some(self.point(cells.sample_discrete(u), wl))
     }
 
     /// The direction at the place `rest` of a cell, with its p_w and Le.
-    fn point(&self, (column, row, probability, rest): (usize, usize, f32, Vec2)) -> (Vec3, f32, Spectrum) {
+    fn point(&self, (column, row, probability, rest): (usize, usize, f32, Vec2), wl: &Wavelengths) -> (Vec3, f32, Spectrum) {
         let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
         let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
         let cos = top + (bottom - top) * rest.y;
@@ -139,7 +169,7 @@ impl Environment {
         let (sin_phi, cos_phi) = sin_cos(phi);
         let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
         let y = (safe_acos(cos) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
-        (d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y))))
+        (d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y)), wl))
     }
 
     /// [`Light::sample`] for many points: what is looked up is asked for ahead.
@@ -148,13 +178,14 @@ impl Environment {
         scene: &Scene,
         id: LightId,
         queries: &[LightQuery],
+        wl: &[Wavelengths],
         mut found: impl FnMut(usize, Option<LightSample>),
     ) {
         let Some(first) = queries.first() else { return };
         let cells = self.sampled(&first.from);
         if cells.sum() <= 0.0 || queries.iter().any(|query| query.from.shared != first.from.shared) {
             for (i, query) in queries.iter().enumerate() {
-                found(i, self.sample(scene, &query.from, id, query.u, &Wavelengths::Rgb));
+                found(i, self.sample(scene, &query.from, id, query.u, of(wl, i)));
             }
             return;
         }
@@ -166,7 +197,7 @@ impl Environment {
             self.texels.fetch(*column, (row + 1).min(self.texels.height() - 1));
         }
         for (i, (cell, query)) in drawn.iter().zip(queries).enumerate() {
-            found(i, Some(self.light_sample(scene, &query.from, id, self.point(*cell))));
+            found(i, Some(self.light_sample(scene, &query.from, id, self.point(*cell, of(wl, i)))));
         }
     }
 
@@ -204,16 +235,16 @@ fn solid_angle(width: usize, height: usize, row: usize) -> f32 {
 }
 
 impl Light for Environment {
-    fn le_escaped(&self, d: Vec3, _: &Wavelengths) -> Spectrum {
-        self.radiance(self.cell(self.axes.to_local(d)))
+    fn le_escaped(&self, d: Vec3, wl: &Wavelengths) -> Spectrum {
+        self.radiance(self.cell(self.axes.to_local(d)), wl)
     }
 
     fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
         self.density(self.sampled(from), self.axes.to_local(wi))
     }
 
-    fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
-        Some(self.light_sample(scene, from, id, self.sample_local(self.sampled(from), u)?))
+    fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        Some(self.light_sample(scene, from, id, self.sample_local(self.sampled(from), u, wl)?))
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
@@ -221,8 +252,8 @@ impl Light for Environment {
         EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
     }
 
-    fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
-        let (local, pdf_w, le) = self.sample_local(&self.cells, u_direction)?;
+    fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
+        let (local, pdf_w, le) = self.sample_local(&self.cells, u_direction, wl)?;
         let d = -self.axes.to_world(local);
         let (ray, pdf_a) = from_infinity(scene, d, u)?;
         Some(EmissionSample {

@@ -57,6 +57,12 @@ pub struct Lights {
     power: Spectrum,
 }
 
+/// The wavelengths of query i.
+#[inline]
+pub(super) fn of(wl: &[Wavelengths], i: usize) -> &Wavelengths {
+    wl.get(i).unwrap_or(&Wavelengths::Rgb)
+}
+
 impl Lights {
     /// The sampler of all emitters of `scene`, whose own `lights` are not looked at.
     pub fn new(scene: &Scene) -> Self {
@@ -190,22 +196,22 @@ impl Lights {
         }
     }
 
-    /// [`Lights::sample`] of many queries; `found` hears of them in their order.
+    /// [`Lights::sample`] of many queries, each with its wavelengths (none where all are RGB); `found` hears of them in their order.
     pub fn sample_each(
         &self,
         scene: &Scene,
         queries: &[LightQuery],
-        wl: &Wavelengths,
+        wl: &[Wavelengths],
         mut found: impl FnMut(usize, Option<LightSample>),
     ) {
         if let Some(id) = self.alone
             && let Model::Environment(sky) = &scene.emitter(id.emitter).model
         {
-            return sky.sample_each(scene, id, queries, found);
+            return sky.sample_each(scene, id, queries, wl, found);
         }
         if let Some(id) = self.alone {
             let model = &scene.emitter(id.emitter).model;
-            queries.iter().enumerate().for_each(|(i, q)| found(i, model.sample(scene, &q.from, id, q.u, wl)));
+            queries.iter().enumerate().for_each(|(i, q)| found(i, model.sample(scene, &q.from, id, q.u, of(wl, i))));
             return;
         }
         for (group, queries) in queries.chunks(TOGETHER).enumerate() {
@@ -216,7 +222,8 @@ impl Lights {
                 choices.iter().filter_map(Descent::light).for_each(|i| self.fetch(scene, i, stage));
             }
             for (i, (choice, query)) in choices.iter().zip(queries).enumerate() {
-                found(group * TOGETHER + i, self.chosen(scene, choice, query.u, wl));
+                let i = group * TOGETHER + i;
+                found(i, self.chosen(scene, choice, query.u, of(wl, i)));
             }
         }
     }

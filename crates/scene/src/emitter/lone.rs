@@ -6,16 +6,18 @@
 use super::{Lights, Model};
 use crate::scene::Scene;
 use crate::shape::FarRectangle;
-use crate::texture::ColorSlot;
+use crate::texture::{Color, ColorSlot};
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
 
 /// The lamp, by value.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Lone {
     rectangle: FarRectangle,
-    /// Its radiance.
+    /// Its radiance, linear Rec.709.
     pub le: Spectrum,
+    /// The same at wavelengths.
+    pub radiance: Color,
 }
 
 /// A point on it, as in a `LightSample`.
@@ -37,7 +39,7 @@ impl Lights {
         let Model::Area(area) = &scene.emitter(self.alone()?.emitter).model else { return None };
         let ColorSlot::Constant(color) = &area.radiance else { return None };
         let rectangle = FarRectangle::of(scene.surface(area.surface).shape.mesh()?)?;
-        Some(Lone { rectangle, le: color.at(&Wavelengths::Rgb) })
+        Some(Lone { rectangle, le: color.at(&Wavelengths::Rgb), radiance: color.clone() })
     }
 }
 

@@ -49,7 +49,7 @@ impl Spot {
         if falloff == 0.0 {
             return Spectrum::ZERO;
         }
-        let picture = self.texture.map_or(Spectrum::ONE, |t| {
+        let picture = self.texture.as_ref().map_or(Spectrum::ONE, |t| {
             let uv = local.truncate() / (local.z * self.cutoff.tan());
             t.eval(&super::projector::on_no_surface(scene, 0.5 * (uv + Vec2::ONE)), wl)
         });
@@ -74,7 +74,7 @@ impl Spot {
     }
 
     fn mean_intensity(&self, scene: &Scene) -> Spectrum {
-        self.intensity.mean(scene) * self.texture.map_or(Spectrum::ONE, |t| t.mean(scene))
+        self.intensity.mean(scene) * self.texture.as_ref().map_or(Spectrum::ONE, |t| t.mean(scene))
     }
 }
 

@@ -1,6 +1,7 @@
 //! `dielectric`, `thindielectric`, `roughdielectric`: interfaces that reflect and refract.
 //!
-//! Parameters: `int_ior` (default `bk7`), `ext_ior` (default `air`), each a name or a number above 0; `specular_reflectance` and
+//! Parameters: `int_ior` (default `bk7`), `ext_ior` (default `air`), each a name, a number above 0 or a spectrum; glasses named `glass-…` and spectra
+//! disperse walks that carry wavelengths, but not in a pane; `specular_reflectance` and
 //! `specular_transmittance` (default 1, the physical value); the rough one also those of [`Roughness`].
 
 use super::{Roughness, Single, Site};
@@ -9,14 +10,18 @@ use etendue_bsdf::{
     Event, Lobe,
     lobes::{self, DielectricParams, RoughDielectricParams},
 };
+use etendue_numerics::Wavelengths;
+use etendue_numerics::spectrum::Curve;
 
 const BOTH: Event = Event::REFLECT.with(Event::TRANSMIT);
 
 /// A smooth interface.
 #[derive(Clone, Debug)]
 pub struct Dielectric {
-    /// η, interior over exterior.
+    /// η, interior over exterior; of glass that disperses at 588 nm.
     pub eta: f32,
+    /// η at each wavelength, where it is not the same.
+    pub dispersion: Option<Curve>,
     /// Factor on what is reflected.
     pub specular_reflectance: ColorSlot,
     /// Factor on what is transmitted.
@@ -25,8 +30,13 @@ pub struct Dielectric {
 
 impl Dielectric {
     fn params(&self, at: &Site) -> DielectricParams {
+        let (eta, disperses) = match (&self.dispersion, at.wl) {
+            (Some(curve), Wavelengths::Hero(hero)) => (curve.at(hero)[0], true),
+            _ => (self.eta, false),
+        };
         DielectricParams {
-            eta: self.eta,
+            eta,
+            disperses,
             specular_reflectance: at.color(&self.specular_reflectance),
             specular_transmittance: at.color(&self.specular_transmittance),
         }

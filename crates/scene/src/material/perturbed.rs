@@ -15,7 +15,7 @@ use super::{Material, Model, Site};
 use crate::ids::{MaterialId, TextureId};
 use crate::texture::ColorSlot;
 use etendue_bsdf::{Bsdf, Event, Perturbation};
-use etendue_numerics::{Frame, Spectrum, Vec3};
+use etendue_numerics::{Frame, Spectrum, Vec3, Wavelengths};
 
 /// How bent normals are treated, and what lies under them.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +104,7 @@ impl Model for NormalMap {
     }
 
     fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
-        let n = at.color(&self.normals) * 2.0 - Spectrum::ONE;
+        let n = self.normals.eval(&at.textures, &Wavelengths::Rgb) * 2.0 - Spectrum::ONE;
         self.options.add(Vec3::from(n.to_rgb()), at, weight, to);
     }
 }

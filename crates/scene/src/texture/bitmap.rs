@@ -138,8 +138,8 @@ impl Bitmap {
 
     /// The value at x.
     #[inline]
-    pub fn eval(&self, x: &TextureContext, _wl: &Wavelengths) -> Spectrum {
-        self.lookup(x.uv)
+    pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        self.role.spectrum(self.lookup(x.uv), wl)
     }
 
     /// The luminance at x.

@@ -15,7 +15,7 @@ use crate::texture::{ColorSlot, TextureContext, UvMap};
 use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 
 /// The parameters of a checkerboard.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Checkerboard {
     /// Values of the squares; the first holds (u', v') = (0, 0).
     pub color: [ColorSlot; 2],

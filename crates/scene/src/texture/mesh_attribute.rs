@@ -38,9 +38,9 @@ impl MeshAttribute {
 
     /// The value at x; a one-channel attribute gives equal channels.
     #[inline]
-    pub fn eval(&self, x: &TextureContext, _wl: &Wavelengths) -> Spectrum {
+    pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
         let [r, g, b] = self.channels(x);
-        Spectrum::rgb(r, g, b)
+        self.role.spectrum(Spectrum::rgb(r, g, b), wl)
     }
 
     /// The luminance at x.

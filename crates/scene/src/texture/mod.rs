@@ -1,4 +1,4 @@
-//! Textures: values over a surface, in linear Rec.709 or as plain numbers.
+//! Textures: values over a surface, in linear Rec.709, at the wavelengths of a walk, or as plain numbers.
 //!
 //! ```text
 //! t : (surface, u, v) → colour (reflectance, or radiance in W/(m² sr)) or a plain number

@@ -3,6 +3,7 @@
 use crate::ids::TextureId;
 use crate::scene::Scene;
 use crate::texture::TextureContext;
+use etendue_numerics::spectrum::curve::{self, Curve};
 use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 
 /// What a colour stands for: it decides which spectrum is taken for red, green and blue.
@@ -16,32 +17,65 @@ pub enum Role {
     Unbounded,
 }
 
-/// A colour that does not vary: linear Rec.709. Spectral mode will add its coefficients here.
-#[derive(Clone, Copy, Debug, PartialEq)]
+impl Role {
+    /// A colour that was looked up, as the lanes of a walk have it.
+    #[inline(always)]
+    pub fn spectrum(self, rgb: Spectrum, wl: &Wavelengths) -> Spectrum {
+        match wl {
+            Wavelengths::Rgb => rgb,
+            Wavelengths::Hero(hero) => match self {
+                Self::Reflectance => curve::reflectance(rgb.to_rgb(), hero),
+                Self::Emission => curve::emission(rgb.to_rgb(), hero),
+                Self::Unbounded => curve::unbounded(rgb.to_rgb(), hero),
+            },
+        }
+    }
+
+    /// The spectrum of a colour.
+    pub fn curve(self, rgb: [f32; 3]) -> Curve {
+        match self {
+            Self::Reflectance => Curve::reflectance(rgb),
+            Self::Emission => Curve::emission(rgb),
+            Self::Unbounded => Curve::unbounded(rgb),
+        }
+    }
+}
+
+/// A colour that does not vary: linear Rec.709 for walks that carry it, and a spectrum for those that carry wavelengths.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Color {
     rgb: Spectrum,
+    curve: Curve,
 }
 
 impl Color {
     /// Nothing.
     pub const BLACK: Self = Self::grey(0.0);
 
-    /// Linear Rec.709.
+    /// Linear Rec.709, and its spectrum.
     #[inline]
-    pub const fn rgb(r: f32, g: f32, b: f32) -> Self {
-        Self { rgb: Spectrum::rgb(r, g, b) }
+    pub const fn new([r, g, b]: [f32; 3], curve: Curve) -> Self {
+        Self { rgb: Spectrum::rgb(r, g, b), curve }
     }
 
-    /// The same value in each channel.
+    /// Linear Rec.709, with a smooth spectrum for what it stands for.
+    pub fn rgb(rgb: [f32; 3], role: Role) -> Self {
+        Self::new(rgb, role.curve(rgb))
+    }
+
+    /// The same value in each channel, and at each wavelength.
     #[inline]
     pub const fn grey(x: f32) -> Self {
-        Self::rgb(x, x, x)
+        Self::new([x; 3], Curve::flat(x))
     }
 
     /// The value at the wavelengths of `wl`.
     #[inline]
-    pub fn at(&self, _wl: &Wavelengths) -> Spectrum {
-        self.rgb
+    pub fn at(&self, wl: &Wavelengths) -> Spectrum {
+        match wl {
+            Wavelengths::Rgb => self.rgb,
+            Wavelengths::Hero(hero) => self.curve.at(hero),
+        }
     }
 
     /// The linear Rec.709 channels.
@@ -83,7 +117,7 @@ impl Color {
 }
 
 /// A colour-valued parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum ColorSlot {
     /// The same everywhere.
     Constant(Color),
@@ -91,9 +125,10 @@ pub enum ColorSlot {
     Texture(TextureId),
 }
 
+/// A reflectance.
 impl From<[f32; 3]> for ColorSlot {
-    fn from([r, g, b]: [f32; 3]) -> Self {
-        Self::Constant(Color::rgb(r, g, b))
+    fn from(rgb: [f32; 3]) -> Self {
+        Self::Constant(Color::rgb(rgb, Role::Reflectance))
     }
 }
 

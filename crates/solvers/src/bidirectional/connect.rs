@@ -206,6 +206,8 @@ impl<'a> Strategies<'a> {
         let more_eye = z.link.others(h, at_y.onward * to_z, at_z.way_back);
         let weight = share(more_light + more_eye);
 
+        // Where both walks go on with one wavelength each has made up for the others: once is enough.
+        let r2 = if y.is_alone && z.is_alone { 4.0 * r2 } else { r2 };
         let contribution = (y.beta * at_y.f_cos) * (z.beta * at_z.f_cos) / r2;
         // One number for all z, turned by the golden ratio from each to the next.
         let xi = || (u.u1(Dim::at(y.address, slot::WORTH)) + 0.618_034 * z.count as f32).fract();

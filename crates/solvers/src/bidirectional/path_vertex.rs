@@ -30,6 +30,8 @@ pub struct PathVertex {
     pub parent: Option<u32>,
     /// Whether the walk left into a discrete direction.
     pub is_dirac: bool,
+    /// Whether the walk goes on with the hero's wavelength alone.
+    pub is_alone: bool,
     /// How it was reached, for the weights.
     pub link: Link,
 }

@@ -2,7 +2,7 @@
 
 use super::path_vertex::{PathVertex, Sides};
 use super::weights::Trail;
-use crate::transport::{Context, Heuristic, PathState, Vertex, VertexSample, light_slot, slot};
+use crate::transport::{Context, Heuristic, PathState, VertexSample, light_slot, slot};
 use etendue_numerics::{Numbers, Ray, Spectrum, Vec2};
 use etendue_scene::Interaction;
 
@@ -54,11 +54,13 @@ impl Walk<'_> {
 
     /// The vertex at x.
     #[inline(always)] // it is large, and better made where it stays
-    pub fn vertex(&self, x: Interaction) -> PathVertex {
+    pub fn vertex(&mut self, x: Interaction) -> PathVertex {
         let link = self.trail.arrive(x.p, x.n, x.wo);
+        let vertex = self.state.vertex(self.c.scene, x);
         PathVertex {
-            vertex: Vertex::new(self.c.scene, x, &self.state.wl),
+            vertex,
             beta: self.beta(),
+            is_alone: self.state.wl.is_alone(),
             edges: self.state.edges,
             count: self.count + 1,
             address: self.state.vertex,

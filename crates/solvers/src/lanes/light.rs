@@ -9,6 +9,9 @@ use etendue_scene::{LightQuery, Lone};
 pub(super) fn sample(c: &Context<'_>, v: &mut Vertices, lone: Option<&Lone>) {
     if let Some(lamp) = lone {
         wide::widest(OfLamp { v, lamp });
+        for (i, wl) in v.wl.iter().enumerate() {
+            v.light.le.set_spectrum(i, lamp.radiance.at(wl));
+        }
     }
     // Those that stand near the lamp, or all.
     let asks = |i: &usize| lone.is_none_or(|lamp| lamp.is_near(v.p.get(*i)));
@@ -16,7 +19,8 @@ pub(super) fn sample(c: &Context<'_>, v: &mut Vertices, lone: Option<&Lone>) {
     let query =
         |i: &usize| LightQuery { from: v.from(*i), u_light: v.u_light[*i], u: Vec2::new(v.u_point[0][*i], v.u_point[1][*i]) };
     let queries: Vec<LightQuery> = lanes.iter().map(query).collect();
-    c.scene.lights.sample_each(c.scene, &queries, &Wavelengths::Rgb, |k, sample| v.set_light(lanes[k], sample.as_ref()));
+    let wl: Vec<Wavelengths> = lanes.iter().filter_map(|i| v.wl.get(*i)).copied().collect();
+    c.scene.lights.sample_each(c.scene, &queries, &wl, |k, sample| v.set_light(lanes[k], sample.as_ref()));
 }
 
 struct OfLamp<'a> {

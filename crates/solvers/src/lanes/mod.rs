@@ -63,7 +63,7 @@ pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) 
 /// ρ of the surface that is hit, and whether its back is a front as well, if the walk can go on in a lane.
 #[inline(always)]
 fn lambert<'a>(c: &Context<'a>, walk: &PathState, hit: &Hit) -> Option<(&'a ColorSlot, bool)> {
-    let in_time = walk.edges < c.rules.max_edges && walk.wl == Wavelengths::Rgb;
+    let in_time = walk.edges < c.rules.max_edges;
     let material = c.scene.surface(SurfaceId(hit.geometry)).material;
     if in_time { c.scene.material(material).lambert(c.scene) } else { None }
 }
@@ -89,22 +89,22 @@ fn gather(
     let at = |uv, primitive, bary| TextureContext { scene: c.scene, uv, surface: SurfaceId(hit.geometry), primitive, bary };
     if let Some(mesh) = surface.shape.mesh().filter(|_| hit.instance == NO_INSTANCE) {
         let bary = Vec2::new(hit.u, hit.v);
-        let rho = reflectance(rho, || at(mesh.uv(hit.primitive, bary), mesh.primitive(hit.primitive), bary));
+        let rho = reflectance(rho, &walk.wl, || at(mesh.uv(hit.primitive, bary), mesh.primitive(hit.primitive), bary));
         v.push(i, walk, u, rho, two_sided);
         v.place_on(mesh, hit.primitive, bary);
     } else {
         let x = c.scene.interaction(&walk.ray, hit);
-        v.push(i, walk, u, reflectance(rho, || at(x.uv, x.primitive, x.bary)), two_sided);
+        v.push(i, walk, u, reflectance(rho, &walk.wl, || at(x.uv, x.primitive, x.bary)), two_sided);
         v.place_at(&x);
     }
 }
 
 /// ρ at a place, as the lobe has it.
 #[inline(always)]
-fn reflectance<'a>(rho: &ColorSlot, at: impl Fn() -> TextureContext<'a>) -> Spectrum {
+fn reflectance<'a>(rho: &ColorSlot, wl: &Wavelengths, at: impl Fn() -> TextureContext<'a>) -> Spectrum {
     let reflectance = match rho {
-        ColorSlot::Constant(color) => color.at(&Wavelengths::Rgb),
-        ColorSlot::Texture(_) => rho.eval(&at(), &Wavelengths::Rgb),
+        ColorSlot::Constant(color) => color.at(wl),
+        ColorSlot::Texture(_) => rho.eval(&at(), wl),
     };
     lobes::Diffuse::new(lobes::DiffuseParams { reflectance }).diffuse_reflectance()
 }

@@ -1,7 +1,7 @@
 //! Vertices on Lambert's surfaces, side by side: one array a number, one place a walk.
 
 use crate::transport::{PathState, ShadowQuery, Throughput};
-use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, wide};
+use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths, wide};
 use etendue_scene::{Interaction, LightReference, LightSample, SurfaceFrame, Triangle, shape::Mesh};
 
 /// Walks that are worked on together: as many as stay near by while they are.
@@ -99,6 +99,8 @@ pub(super) struct Vertices {
     /// The number of the walk.
     pub walk: Lane<u32>,
     pub samplers: Vec<Sampler>,
+    /// The wavelengths; none where all are RGB.
+    pub wl: Vec<Wavelengths>,
     pub times: Lane,
     triangles: Triangles,
 
@@ -150,6 +152,7 @@ impl Vertices {
             count: 0,
             walk: flags,
             samplers: Vec::with_capacity(LANES),
+            wl: Vec::new(),
             times: one,
             triangles: Triangles {
                 corners: [three; 3],
@@ -193,6 +196,7 @@ impl Vertices {
     pub fn clear(&mut self) {
         self.count = 0;
         self.samplers.clear();
+        self.wl.clear();
     }
 
     #[inline(always)]
@@ -217,6 +221,9 @@ impl Vertices {
         self.count += 1;
         self.walk[i] = walk;
         self.samplers.push(*u);
+        if !state.wl.is_rgb() {
+            self.wl.push(state.wl);
+        }
         self.times[i] = state.ray.time;
         self.wo.set(i, -state.ray.d);
         self.rho.set_spectrum(i, rho);

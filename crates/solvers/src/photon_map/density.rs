@@ -140,7 +140,9 @@ impl PhotonMap {
             if !around.continues_at(map.index.point(place), photon.n) || !c.rules.counts(state.edges + photon.edges) {
                 return;
             }
-            let value = self.brings(vertex, photon) * (1.0 - d2 / (r * r));
+            // Where both go on with one wavelength each has made up for the others: once is enough.
+            let once = if photon.is_alone && state.wl.is_alone() { 0.25 } else { 1.0 };
+            let value = self.brings(vertex, photon) * (once * (1.0 - d2 / (r * r)));
             if !value.is_zero() {
                 sum += value;
                 pick.offer(place, value);

@@ -42,9 +42,7 @@ use crate::drivers::{Balance, Books, Work};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
 use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
-use crate::transport::{
-    Came, Context, Heuristic, PathState, Vertex, VertexSample, arrives, emission, mis_weight, next_event, slot,
-};
+use crate::transport::{Came, Context, Crowd, Heuristic, PathState, VertexSample, arrives, emission, mis_weight, next_event, slot};
 use etendue_numerics::{Pdf, Sampler, Spectrum};
 use etendue_scene::{Interaction, Scene};
 use photons::Photons;
@@ -206,7 +204,7 @@ impl Solver for PhotonMap {
     }
 }
 
-/// The walks from the eye.
+/// The walks from the eye. They have the wavelengths of the photons.
 struct Eye<'a> {
     solver: &'a PhotonMap,
     map: &'a Photons,
@@ -225,6 +223,13 @@ impl Eye<'_> {
 }
 
 impl PixelSolver for Eye<'_> {
+    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+        for (walk, u) in crowd.walks.iter_mut().zip(&crowd.samplers) {
+            walk.wl = self.map.wl;
+            walk.l = self.radiance(c, *walk, u, rays);
+        }
+    }
+
     fn radiance(&self, c: &Context<'_>, mut state: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         let shows_direct = self.solver.shows(Came::Straight);
         loop {
@@ -237,8 +242,7 @@ impl PixelSolver for Eye<'_> {
                 state.collect(&c.rules, le);
             }
             let Some(x) = x.filter(|_| !c.ends(&state)) else { return state.l };
-            let mut vertex = Vertex::at(x);
-            vertex.evaluate(c.scene, &state.wl);
+            let vertex = state.vertex(c.scene, x);
 
             // Light from all directions that it does not take.
             if vertex.is_smooth() {

@@ -2,10 +2,12 @@
 
 use super::PhotonMap;
 use crate::drivers::particles::{CHUNK, Numbers};
+use crate::drivers::pixels::SamplePlan;
 use crate::drivers::{Books, Work};
 use crate::run::Run;
-use crate::transport::{Awaited, Came, Context, LightContext, Particle, Tally, Vertex, VertexIndex};
-use etendue_numerics::{Sampler, Spectrum, Vec3};
+use crate::transport::{Awaited, Came, Context, LightContext, Particle, Tally, VertexIndex};
+use etendue_numerics::sequence::{mix, unit};
+use etendue_numerics::{Sampler, Spectrum, Vec3, Wavelengths};
 use etendue_scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
@@ -23,6 +25,8 @@ pub struct Photon {
     pub edges: u32,
     /// How it came.
     pub came: Came,
+    /// Whether it goes on with the hero's wavelength alone.
+    pub is_alone: bool,
     /// Whether no walk from the eye can go back its way to the light: it came from a point or in a single direction, and was not spread since.
     pub unseen: bool,
 }
@@ -36,6 +40,8 @@ pub struct Photons {
     pub photons: Vec<Photon>,
     /// Particles that were shot.
     pub shot: u64,
+    /// The wavelengths of the pass.
+    pub wl: Wavelengths,
     /// Photons as they come, chunk by chunk.
     chunks: Vec<Vec<(Vec3, Photon)>>,
     /// Where they are, in that order.
@@ -58,6 +64,7 @@ impl Photons {
         // The edge to the eye is to come.
         let c = LightContext { path, view, reach: run.rules.max_edges.saturating_sub(1) };
         self.shot = solver.particles(view.film.crop_size);
+        self.wl = scene.wavelengths(|| wavelengths_of_pass(run, k));
         let numbers = Numbers::new(run, k, self.shot);
         self.chunks.resize_with(self.shot.div_ceil(CHUNK) as usize, Vec::new);
 
@@ -69,7 +76,7 @@ impl Photons {
             kept.clear();
             let first = chunk as u64 * CHUNK;
             let count = CHUNK.min(self.shot - first);
-            (first..first + count).for_each(|i| follow(solver, &c, &numbers.of(i), tally, kept));
+            (first..first + count).for_each(|i| follow(solver, &c, self.wl, &numbers.of(i), tally, kept));
             let mut books = Books::default();
             books.add(tally.entries(), count);
             work.progress.rays.fetch_add(tally.rays, Ordering::Relaxed);
@@ -102,19 +109,32 @@ impl Photons {
     }
 }
 
+/// The number of a pass's wavelengths: the radical inverse of k, turned by the seed. In noise mode each replicate has its own turn.
+fn wavelengths_of_pass(run: &Run<'_>, k: u32) -> f32 {
+    let plan = SamplePlan::new(run, k);
+    (unit(plan.sample.reverse_bits()) + unit(mix(plan.seed) as u32)).fract()
+}
+
 /// A walk from a light, as in `light`, that leaves a photon at every surface with a smooth part.
-fn follow(solver: &PhotonMap, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally, kept: &mut Vec<(Vec3, Photon)>) {
-    let Some((mut particle, light)) = Particle::emit(c.path.scene, u) else { return };
+fn follow(
+    solver: &PhotonMap,
+    c: &LightContext<'_>,
+    wl: Wavelengths,
+    u: &Sampler,
+    tally: &mut Tally,
+    kept: &mut Vec<(Vec3, Photon)>,
+) {
+    let Some((mut particle, light)) = Particle::emit_at(wl, c.path.scene, u) else { return };
     tally.emitted(particle.weighed());
     let rays_find_it = solver.direct_by_rays() && c.path.scene.lights.is_sampled(c.path.scene, light.emitter);
     while let Some(x) = particle.meet(c, tally) {
-        let mut vertex = Vertex::at(x);
-        vertex.evaluate(c.path.scene, &particle.wl);
+        let vertex = particle.vertex(c.path.scene, x);
         let direct = particle.came == Came::Straight && rays_find_it;
         if vertex.is_smooth() && !direct && solver.shows(particle.came) {
             let unseen = particle.waits_for == Awaited::Spreading;
             let (flux, came, edges) = (particle.carried(), particle.came, particle.edges);
-            kept.push((x.p, Photon { flux, wi: x.wo, n: x.n, edges, came, unseen }));
+            let is_alone = particle.wl.is_alone();
+            kept.push((x.p, Photon { flux, wi: x.wo, n: x.n, edges, came, is_alone, unseen }));
         }
         if !particle.turn(c, &vertex, u, tally) {
             break;

@@ -108,7 +108,7 @@ impl Solver for Radiosity {
     type State = State;
 
     fn needs(&self) -> Needs {
-        Needs::default()
+        Needs { rgb: true, ..Needs::default() }
     }
 
     fn estimates(&self) -> Estimates {

@@ -12,6 +12,7 @@
 
 use super::{Context, PathRules, ShadowQuery, Tally, Throughput, Vertex, VertexSample, arrives, slot};
 use crate::drivers::pixels::beyond_emitters;
+use etendue_bsdf::Scatter;
 use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::emitter::EmissionSample;
 use etendue_scene::interaction::SHADOW_EPSILON;
@@ -96,7 +97,11 @@ pub enum Awaited {
 impl Particle {
     /// A particle about to leave a light, chosen with probability ∝ its flux, and what is known of the point that it leaves.
     pub fn emit(scene: &Scene, u: &Sampler) -> Option<(Self, EmissionSample)> {
-        let wl = wavelengths(scene, u);
+        Self::emit_at(wavelengths(scene, u), scene, u)
+    }
+
+    /// The same, with wavelengths of one's own.
+    pub fn emit_at(wl: Wavelengths, scene: &Scene, u: &Sampler) -> Option<(Self, EmissionSample)> {
         let at = |slot| u.u2(Dim::at(0, slot));
         let u_light = u.u1(Dim::at(0, light_slot::LIGHT));
         let light = scene.lights.sample_emission(scene, u_light, at(light_slot::POSITION), at(light_slot::DIRECTION), &wl)?;
@@ -151,6 +156,17 @@ impl Particle {
             tally.escaped(self.weighed());
         }
         hit.map(|hit| c.path.scene.interaction(&self.ray, &hit))
+    }
+
+    /// The vertex at x with its material. Where that sends each wavelength another way the particle goes on with one.
+    #[inline(always)] // it is large, and better made where it stays
+    pub fn vertex(&mut self, scene: &Scene, x: Interaction) -> Vertex {
+        let mut vertex = Vertex::at(x);
+        vertex.evaluate(scene, &self.wl);
+        if vertex.bsdf.events().disperses() {
+            self.beta.scatter(self.wl.single_out());
+        }
+        vertex
     }
 
     /// Turns the particle into a direction sampled at a vertex; `false` where it ends.

@@ -3,6 +3,7 @@
 use super::{Crowd, PathRules, ShadowQuery, Vertex, VertexSample, roulette};
 use crate::solver::Needs;
 use etendue_accel::Hit;
+use etendue_bsdf::Scatter;
 use etendue_numerics::{Dim, Pdf, Ray, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::{Interaction, LightReference, Scene};
 
@@ -183,6 +184,23 @@ impl PathState {
     pub fn choices(&self, rules: &PathRules, vertex: &Vertex, u: &Sampler) -> Vec2 {
         let asked = vertex.bsdf.has_choice() || self.vertex >= rules.rr_depth;
         if asked { u.u2(self.dim(slot::LOBE)) } else { Vec2::ZERO }
+    }
+
+    /// Evaluates the material of the vertex that the walk has come to. Where it sends each wavelength another way the walk goes on with one.
+    #[inline]
+    pub fn evaluate(&mut self, scene: &Scene, vertex: &mut Vertex) {
+        vertex.evaluate(scene, &self.wl);
+        if vertex.bsdf.events().disperses() {
+            self.beta.scatter(self.wl.single_out());
+        }
+    }
+
+    /// [`PathState::evaluate`] of a new vertex at x.
+    #[inline]
+    pub fn vertex(&mut self, scene: &Scene, x: Interaction) -> Vertex {
+        let mut vertex = Vertex::at(x);
+        self.evaluate(scene, &mut vertex);
+        vertex
     }
 
     /// Collects emission at the ray's end.

@@ -5,55 +5,107 @@ use crate::material::{
     Conductor, Dielectric, Material, Phong, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic,
     Roughness,
 };
-use crate::texture::{ColorSlot, ScalarSlot};
+use crate::texture::{Color, ColorSlot, ScalarSlot};
 use etendue_bsdf::{Ndf, lobes};
-use etendue_description::{Params, Value};
-use etendue_numerics::spectrum::ior;
+use etendue_description::{Params, SpectrumValue, Value};
+use etendue_numerics::spectrum::{Curve, SampledSpectrum, ior};
 
 /// A number that must not be negative.
 const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
 /// A fraction.
 pub(super) const FRACTION: std::ops::RangeInclusive<f32> = 0.0..=1.0;
 
-impl<'a> Compiler<'a> {
-    /// An index of refraction: the name of a material, or a number above 0.
-    fn ior(&mut self, p: &mut Params<'a>, name: &'static str, default: f32) -> f32 {
-        let Some(param) = p.raw(name) else { return default };
-        let value = match &param.value.value {
-            Value::Float(x) => *x as f32,
-            Value::Integer(i) => *i as f32,
-            Value::String(word) => {
-                let Some(ior) = ior::dielectric(word) else {
-                    let text = format!("unknown index of refraction `{word}`");
-                    let known = ior::DIELECTRICS.iter().map(|d| d.0);
-                    self.diagnostics.error(param.value.span, text).suggest(word, known);
-                    return default;
-                };
-                ior
-            }
-            other => {
-                let (model, found) = (&p.node.model.value, other.type_name());
-                let text = format!("`{name}` of `{model}` is a {found}, expected a number or the name of a material");
-                self.diagnostics.error(param.value.span, text);
-                return default;
-            }
-        };
-        if value > 0.0 && value.is_finite() {
-            return value;
+/// An index of refraction as it is written.
+enum Index {
+    Number(f32),
+    Glass(ior::Glass),
+    Measured(SampledSpectrum),
+}
+
+impl Index {
+    /// n at a wavelength, nm; beyond the ends of a table as at its ends.
+    fn at(&self, nm: f64) -> f64 {
+        match self {
+            Self::Number(n) => f64::from(*n),
+            Self::Glass(glass) => glass.index(nm),
+            Self::Measured(s) => s.eval_clamped(nm),
         }
-        self.diagnostics.error(param.value.span, format!("the index of refraction {value} is not a number above 0"));
-        default
     }
 
-    /// η = `int_ior` / `ext_ior`.
+    /// n at the yellow line of helium.
+    fn number(&self) -> f32 {
+        match self {
+            Self::Number(n) => *n,
+            _ => self.at(587.56) as f32,
+        }
+    }
+
+    /// All that it may be.
+    fn values(&self) -> Vec<f64> {
+        match self {
+            Self::Number(n) => vec![f64::from(*n)],
+            Self::Glass(_) => Vec::new(),
+            Self::Measured(s) => s.pairs().map(|(_, n)| n).collect(),
+        }
+    }
+}
+
+impl<'a> Compiler<'a> {
+    /// An index of refraction: the name of a material, a number above 0, or a spectrum.
+    fn ior(&mut self, p: &mut Params<'a>, name: &'static str, default: f32) -> Index {
+        let Some(param) = p.raw(name) else { return Index::Number(default) };
+        let index = match &param.value.value {
+            Value::Float(x) => Index::Number(*x as f32),
+            Value::Integer(i) => Index::Number(*i as f32),
+            Value::Spectrum(SpectrumValue::Constant(x)) => Index::Number(*x as f32),
+            Value::Spectrum(SpectrumValue::Samples(pairs)) if SampledSpectrum::new(pairs).is_some() => {
+                SampledSpectrum::new(pairs).map_or(Index::Number(default), Index::Measured)
+            }
+            Value::String(word) => match (ior::dielectric(word), ior::glass(word)) {
+                (Some(ior), _) => Index::Number(ior),
+                (_, Some(glass)) => Index::Glass(glass),
+                _ => {
+                    let text = format!("unknown index of refraction `{word}`");
+                    let known = ior::DIELECTRICS.iter().map(|d| d.0).chain(ior::GLASSES.iter().map(|g| g.0));
+                    self.diagnostics.error(param.value.span, text).suggest(word, known);
+                    return Index::Number(default);
+                }
+            },
+            other => {
+                let (model, found) = (&p.node.model.value, other.type_name());
+                let text = format!("`{name}` of `{model}` is a {found}, expected a number, a spectrum or the name of a material");
+                self.diagnostics.error(param.value.span, text);
+                return Index::Number(default);
+            }
+        };
+        let wrong = index.values().into_iter().find(|x| !(*x > 0.0 && x.is_finite()));
+        if let Some(value) = wrong {
+            self.diagnostics.error(param.value.span, format!("the index of refraction {value} is not a number above 0"));
+            return Index::Number(default);
+        }
+        index
+    }
+
+    /// η = `int_ior` / `ext_ior`, and what it is at each wavelength, where that is not the same.
+    fn relative(&mut self, p: &mut Params<'a>, interior: f32) -> (f32, Option<Curve>) {
+        let (interior, exterior) = (self.ior(p, "int_ior", interior), self.ior(p, "ext_ior", lobes::AIR));
+        let curve = match (&interior, &exterior) {
+            (Index::Number(_), Index::Number(_)) => None,
+            _ => Some(Curve::measured(|nm| interior.at(nm) / exterior.at(nm))),
+        };
+        (interior.number() / exterior.number(), curve)
+    }
+
+    /// η alone.
     fn eta(&mut self, p: &mut Params<'a>, interior: f32) -> f32 {
-        let interior = self.ior(p, "int_ior", interior);
-        interior / self.ior(p, "ext_ior", lobes::AIR)
+        self.relative(p, interior).0
     }
 
     pub(super) fn interface(&mut self, p: &mut Params<'a>) -> Dielectric {
+        let (eta, dispersion) = self.relative(p, lobes::BK7);
         Dielectric {
-            eta: self.eta(p, lobes::BK7),
+            eta,
+            dispersion,
             specular_reflectance: self.reflectance(p, "specular_reflectance", 1.0),
             specular_transmittance: self.reflectance(p, "specular_transmittance", 1.0),
         }
@@ -105,7 +157,8 @@ impl<'a> Compiler<'a> {
                 self.diagnostics.error(span, "give either `material`, or `eta` and `k`");
             } else if let Some(metal) = ior::Conductor::named(name) {
                 let (n, extinction) = metal.to_rgb();
-                (eta, k) = (ColorSlot::from(n), ColorSlot::from(extinction));
+                let slot = |rgb, s: &SampledSpectrum| ColorSlot::Constant(Color::new(rgb, Curve::measured(|nm| s.eval(nm))));
+                (eta, k) = (slot(n, &metal.eta), slot(extinction, &metal.k));
             } else if name != "none" {
                 let known = ior::conductor_names().chain(["none"]);
                 self.diagnostics.error(span, format!("unknown metal `{name}`")).suggest(name, known);

@@ -12,8 +12,10 @@ pub(in crate::compile) const CONSTANT_MODELS: &[&str] =
 /// A spectrum that does not vary, before its role is known.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum ConstantSpectrum {
-    /// The same number for every role.
+    /// The same number for every role; as emission the illuminant D65.
     Grey(f64),
+    /// The same at every wavelength.
+    Uniform(f64),
     /// Linear Rec.709; where bounded, a reflectance must lie in [0, 1].
     Rgb { rgb: [f64; 3], bounded: bool },
     /// A spectrum as files write it.
@@ -33,7 +35,7 @@ impl<'a> Compiler<'a> {
         let constant = match params.node.model.value.as_str() {
             "uniform" => {
                 params.ignore(&["wavelength_min", "wavelength_max"]);
-                Some(ConstantSpectrum::Grey(params.float_opt(self.diagnostics, "value").unwrap_or(1.0)))
+                Some(ConstantSpectrum::Uniform(params.float_opt(self.diagnostics, "value").unwrap_or(1.0)))
             }
             "srgb" => {
                 let bounded = !params.bool(self.diagnostics, "unbounded", false);
