@@ -129,6 +129,28 @@ fn a_room_with_a_box_closes() {
     assert!(told.closed && told.closure_after <= 1e-12, "{told:?}");
 }
 
+/// Before any repair every row closes to 1e-3, whatever stands in the way and however large the patches are. Row sums have standard errors of
+/// 3e-4 at most, mostly of half that: a chance of one in a thousand for the worst row, and seeds are fixed.
+#[test]
+fn rows_close_in_several_rooms() {
+    let stand = |inside: &str| room() + &shape("cube", inside, "");
+    let leaning = r#"<scale x="0.3" y="0.35" z="0.7"/><rotate x="1" angle="35"/><translate x="-0.4" y="0.3" z="0.1"/>"#;
+    for text in [
+        stand(r#"<scale x="0.3" y="0.4" z="0.45"/><rotate z="1" angle="20"/><translate x="0.2" y="-0.1" z="-0.55"/>"#),
+        stand(r#"<scale x="0.6" y="0.4" z="0.03"/><rotate z="1" angle="20"/><translate x="0.2" y="-0.1" z="-0.4"/>"#),
+        stand(leaning) + &shape("sphere", r#"<scale value="0.3"/><translate x="0.5" y="-0.5" z="-0.5"/>"#, ""),
+    ] {
+        let scene = scene(&text);
+        let patches = cut(&scene, PatchSize::Metres(2.0));
+        for (name, f) in [("analytic", by_analytic(&scene, &patches)), ("area", by_quadrature(&scene, &patches))] {
+            let worst = (0..f.len()).map(|i| (f.row_sum(i) - 1.0).abs()).fold(0.0, f64::max);
+            let error = |i: usize| (0..f.len()).map(|j| f.error(i, j).powi(2)).sum::<f64>().sqrt();
+            assert!((0..f.len()).all(|i| error(i) < 3e-4), "{name}: errors {:?}", (0..f.len()).map(error).collect::<Vec<_>>());
+            assert!(worst < 1e-3, "{name}: a row is {worst} off");
+        }
+    }
+}
+
 #[test]
 fn a_box_on_the_floor_touches_it() {
     // The bottom of the box lies on the floor: the two see each other alone.
@@ -142,7 +164,7 @@ fn a_box_on_the_floor_touches_it() {
     assert!(cast.absorbed.iter().all(|a| *a < 2e-3), "{:?}", cast.absorbed);
     let f = by_analytic(&scene, &patches);
     let worst = (0..f.len()).map(|i| (f.row_sum(i) - 1.0).abs()).fold(0.0, f64::max);
-    assert!(worst < 3e-3, "a row is {worst} off");
+    assert!(worst < 1e-3, "a row is {worst} off");
     // Two rooms back to back share a plane too, and do not touch.
     let rooms = room() + &shape("cube", r#"<translate x="2"/>"#, FLIPPED);
     let patches = cut(&common::scene(&rooms), PatchSize::Whole);

@@ -33,7 +33,7 @@ pub struct FormFactorArguments {
     /// How to find them.
     #[arg(long, value_enum, default_value_t = MethodName::Hemisphere)]
     method: MethodName,
-    /// Rays from each patch; 65536 unless told, and 262144 for `analytic`, which shares them among the patches that may be hidden.
+    /// Rays from each patch; 65536 unless told, and 1048576 for `analytic`, which shares them among the patches that may be hidden.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=1 << 30))]
     samples: Option<u32>,
     /// Cut surfaces into patches near this size, in metres; facets and shapes stay whole otherwise.
@@ -92,7 +92,7 @@ pub fn run(a: &FormFactorArguments) -> Done {
     let sides = if a.two_sided { Sides::Both } else { Sides::Front };
     let method = match a.method {
         MethodName::Hemisphere => Method::Hemisphere(Hemisphere { rays: a.samples.unwrap_or(1 << 16), errors: true, seed: a.seed }),
-        MethodName::Analytic => Method::Analytic(Pairs { samples: a.samples.unwrap_or(1 << 18), seed: a.seed }),
+        MethodName::Analytic => Method::Analytic(Pairs { samples: a.samples.unwrap_or(Pairs::default().samples), seed: a.seed }),
         MethodName::Area => Method::Area,
     };
     let options = FormFactorOptions { cutting: Cutting { size, sides, ..Cutting::default() }, method, repair: !a.raw, threads };

@@ -7,7 +7,7 @@
 //!
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
-//! | `samples` | rays a patch, shared among the patches that something may hide from it, in 16 scramblings (`analytic`) | 2^18 |
+//! | `samples` | rays a patch, shared among the patches that something may hide from it, in 16 scramblings (`analytic`) | 2^20 |
 //! | `seed` | of the scramblings | 0 |
 //!
 //! F_clear is the closed form between polygons, Lambert's formula between a polygon and points of a round patch, or the double integral between two
@@ -38,7 +38,7 @@ pub struct Pairs {
 
 impl Default for Pairs {
     fn default() -> Self {
-        Self { samples: 1 << 18, seed: 0 }
+        Self { samples: 1 << 20, seed: 0 }
     }
 }
 

@@ -9,7 +9,7 @@
 //! | `size` | of the patches | 12,000 in all |
 //! | `adaptive` | where patches go by number, cut finer where the light changes ([`crate::refine`]) | true |
 //! | `factors` | how they are found; patches that are yet to be cut finer have theirs by `hemisphere` | `hemisphere` |
-//! | `rays` | form-factor rays a patch; of `analytic`, which shares them among the patches that may be hidden, 65,536 at least | 1024 |
+//! | `rays` | form-factor rays a patch; of `analytic`, which shares them among the patches that may be hidden, 2^20 at least | 1024 |
 //! | `method` | of solving | `neumann` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `sweeps` | at most | 1000 |

@@ -47,7 +47,7 @@ impl Factors {
     ) -> Result<FormFactors, Cancelled> {
         match self {
             Self::Hemisphere => hemisphere(scene, patches, &Hemisphere { rays, errors: false, seed }, watch),
-            Self::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(1 << 16), seed }, watch),
+            Self::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(Pairs::default().samples), seed }, watch),
             Self::Area => by_area(scene, patches, watch),
         }
     }
