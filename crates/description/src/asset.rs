@@ -31,6 +31,17 @@ pub struct MeshData {
     pub indices: Vec<[u32; 3]>,
     /// Named per-vertex or per-face data.
     pub attributes: Vec<Attribute>,
+    /// Runs of triangles that the file names, in order; of one name there may be several. Triangles before the first have none.
+    pub groups: Vec<Group>,
+}
+
+/// A named run of triangles, up to where the next begins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Group {
+    /// The name.
+    pub name: String,
+    /// The first triangle.
+    pub first: u32,
 }
 
 /// Named data on a mesh's vertices or faces.

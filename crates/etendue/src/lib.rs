@@ -13,6 +13,7 @@
 //! assert!((rendering.mean()[0] - 2.0).abs() < 0.2);
 //! ```
 
+mod bare_mesh;
 pub mod builtin;
 mod choice;
 pub mod compare;
@@ -30,6 +31,7 @@ mod pool;
 pub mod radiosity;
 pub mod render;
 pub mod stats;
+pub mod surfaces;
 pub mod verify;
 
 pub use choice::{advise, check_solver_name};

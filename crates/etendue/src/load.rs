@@ -1,7 +1,7 @@
 //! From a file, or the name of a built-in scene, to a compiled scene.
 
 use crate::render::RenderError;
-use crate::{builtin, digest, mistakes, pool};
+use crate::{bare_mesh, builtin, digest, mistakes, pool};
 use etendue_description::{Description, Diagnostics, Dialect, nearest};
 use etendue_formats::ReadOptions;
 use etendue_scene::{CompileOptions, Scene};
@@ -22,7 +22,7 @@ pub struct LoadOptions {
     pub spectral: Option<bool>,
     /// Threads for reading and building; all cores otherwise. The scene is the same for any number.
     pub threads: Option<usize>,
-    /// Whether a plain `.obj` or `.ply` is a scene: its facets, flat, with a front by their winding, grey.
+    /// Whether a plain `.obj` or `.ply` is a scene: its facets, flat, with a front by their winding, grey; each group of an OBJ a shape.
     pub bare_meshes: bool,
 }
 
@@ -114,24 +114,13 @@ fn read(scene: &str, options: &LoadOptions) -> Result<(String, (Description, Dia
     }
     let name = path.file_stem().map_or("scene".to_owned(), |s| s.to_string_lossy().into_owned());
     if options.bare_meshes
-        && let Some(text) = bare_mesh(path)
+        && let Some(text) = bare_mesh::text(path)
     {
-        return Ok((name, etendue_formats::read_str(scene, &text, &read_options)));
+        let mut read = etendue_formats::read_str(scene, &text, &read_options);
+        bare_mesh::split(&mut read.0);
+        return Ok((name, read));
     }
     Ok((name, etendue_formats::read(path, &read_options)))
-}
-
-/// A scene around a mesh file, where it is one.
-fn bare_mesh(path: &Path) -> Option<String> {
-    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
-    let escaped = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
-    let (file, id) = (escaped(path.file_name()?.to_str()?), escaped(path.file_stem()?.to_str()?));
-    matches!(ending.as_str(), "obj" | "ply").then(|| {
-        format!(
-            r#"<scene version="3.0.0"><sensor type="perspective"/><shape type="{ending}" id="{id}"><string name="filename" value="{file}"/>
-            <boolean name="face_normals" value="true"/></shape></scene>"#
-        )
-    })
 }
 
 fn no_such_scene(scene: &str) -> String {

@@ -50,8 +50,20 @@ fn obj_as_people_write_it() {
         "v 0 0 0\nv +1 0e0 -0.0\nv 1. 1.0e+0 0\nv 0 .1E1 0\nf +1 2 3 4".to_owned(),
     ];
     for text in variants {
-        assert_eq!(obj_ok(&text), plain, "{text}");
+        let mesh = MeshData { groups: Vec::new(), ..obj_ok(&text) };
+        assert_eq!(mesh, plain, "{text}");
     }
+}
+
+#[test]
+fn obj_groups_name_runs_of_triangles() {
+    let text = format!(
+        "{SQUARE}f 1 2 3\no room\ng floor\nf 1 2 3 4\nf 1 1 3\ng empty\ng  the  ceiling \nf 4 3 2 1\ng the  ceiling\nf 1 2 3\n"
+    );
+    let loaded = obj::read(text.as_bytes(), false).unwrap();
+    let groups: Vec<_> = loaded.mesh.groups.iter().map(|g| (g.name.as_str(), g.first)).collect();
+    assert_eq!(groups, [("floor", 1), ("the  ceiling", 3)]);
+    assert!(loaded.warnings[0].starts_with("1 of 7 triangles have no area and are left out: 3 "), "{:?}", loaded.warnings);
 }
 
 #[test]

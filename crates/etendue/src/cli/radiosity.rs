@@ -15,9 +15,11 @@ use etendue_radiosity::solved::{Factors, Method, Settings, Stage};
 use etendue_solvers::radiosity::Show;
 use etendue_solvers::{CancelToken, PathRules};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// Solves diffuse light between patches.
 #[derive(Debug, Args)]
@@ -163,6 +165,48 @@ fn ending(path: &Path) -> String {
     path.extension().map_or(String::new(), |e| e.to_string_lossy().to_lowercase())
 }
 
+/// How far a solution is: a bar on a terminal, a line now and then otherwise.
+struct Stages {
+    bar: ProgressBar,
+    /// When the last line was written; none where no lines are.
+    last: Option<Mutex<Instant>>,
+}
+
+impl Stages {
+    fn new(quiet: bool) -> Self {
+        let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(1) };
+        let style = ProgressStyle::with_template("{msg} {bar:30} {pos} of {len}, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_message("form factors");
+        let last = (!quiet && !std::io::stderr().is_terminal()).then(|| Mutex::new(Instant::now()));
+        Self { bar, last }
+    }
+
+    fn tell(&self, stage: Stage) {
+        /// Between lines.
+        const PAUSE: Duration = Duration::from_secs(2);
+        let words = match stage {
+            Stage::Rows(done, of) => {
+                self.bar.set_length(of as u64);
+                self.bar.set_position(done as u64);
+                format!("form factors: {done} of {of} rows")
+            }
+            Stage::Sweep(k, residual) => {
+                let words = format!("sweep {k}, residual {residual:.1e}");
+                self.bar.set_message(words.clone());
+                words
+            }
+            Stage::Patches(_) | Stage::Repaired => return,
+        };
+        let Some(last) = &self.last else { return };
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+        if last.elapsed() >= PAUSE {
+            *last = Instant::now();
+            output::message(&words);
+        }
+    }
+}
+
 /// Solves with a bar; the first Ctrl-C ends the sweeps.
 pub fn solved(
     loaded: &Loaded,
@@ -176,23 +220,13 @@ pub fn solved(
         ended: Some("stopped at once; nothing was written"),
     };
     stop_on_ctrl_c(&cancel, |c| c, words, "not keep the last sweep");
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(1) };
-    let style = ProgressStyle::with_template("{msg} {bar:30} {pos} of {len}, {eta} left");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.set_message("form factors");
+    let shown = Stages::new(quiet);
     let told = |stage: Stage| {
-        match stage {
-            Stage::Rows(done, of) => {
-                bar.set_length(of as u64);
-                bar.set_position(done as u64);
-            }
-            Stage::Sweep(k, residual) => bar.set_message(format!("sweep {k}, residual {residual:.1e}")),
-            Stage::Patches(_) | Stage::Repaired => {}
-        }
+        shown.tell(stage);
         !cancel.is_cancelled()
     };
     let found = solve(loaded, &a.settings(), threads, &told);
-    bar.finish_and_clear();
+    shown.bar.finish_and_clear();
     let (solved, report) = found.map_err(|e| e.to_string())?;
     if !quiet {
         tell(&report);
@@ -323,7 +357,5 @@ fn tell(r: &Report) {
             three(n.reflectance)
         ));
     }
-    for name in &r.obstacles {
-        output::message(&format!("note: `{name}` cannot be cut into patches; it is black here"));
-    }
+    etendue::surfaces::words(&r.defects).iter().for_each(|words| output::message(&format!("warning: {words}")));
 }

@@ -58,6 +58,7 @@ pub fn json(shapes: &ShapeFactors, patches: bool) -> Value {
         "escaped": mean_lost(&f.escaped), "absorbed_by_backs": mean_lost(&f.absorbed),
         "reciprocity": {"chi_square": chi_square, "pairs": pairs},
         "repair": repair,
+        "defects": shapes.defects,
         "warnings": shapes.warnings,
     });
     if patches {

@@ -13,12 +13,11 @@ mod words;
 pub use files::{ENDINGS, csv, json, matrix_market, npz, write};
 
 use crate::load::Loaded;
+use crate::surfaces::{self, Defect};
 use crate::{memory, pool, render::RenderError};
-use etendue_description::{Value, nearest};
+use etendue_description::nearest;
 use etendue_radiosity::form_factor::{FormFactors, Method, Repair, Watch};
-use etendue_radiosity::patch::Object;
 use etendue_radiosity::{Cutting, Patches};
-use etendue_scene::NO_INSTANCE;
 use std::ops::Range;
 
 /// What to compute.
@@ -49,7 +48,9 @@ pub struct ShapeFactors {
     pub between: Vec<Vec<(f64, f64)>>,
     /// Chi-square of A_i F_ij = A_j F_ji before the repair over pairs that both sides have seen, and their number.
     pub reciprocity: (f64, usize),
-    /// What should be said about the scene.
+    /// What is wrong with the surfaces.
+    pub defects: Vec<Defect>,
+    /// What should be said about the scene: of defects the first few.
     pub warnings: Vec<String>,
     /// The method's name.
     pub method: &'static str,
@@ -76,8 +77,9 @@ fn form_factors_here(loaded: &Loaded, options: &FormFactorOptions, watch: &Watch
     }
     let room = memory::available().unwrap_or(u64::MAX);
     options.method.check(patches.len(), room).map_err(|e| RenderError(words::too_large(&e, options.method.name(), room)))?;
-    let names = names(loaded, &patches);
-    let mut warnings = words::faults(&patches, &names);
+    let names = surfaces::names(loaded, &patches);
+    let defects = surfaces::defects(loaded, &patches, &names);
+    let mut warnings = surfaces::words(&defects);
     let mut factors = options.method.run(&loaded.scene, &patches, watch).map_err(|_| RenderError("stopped".to_owned()))?;
     let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
     let between = between(&patches, &factors);
@@ -86,25 +88,7 @@ fn form_factors_here(loaded: &Loaded, options: &FormFactorOptions, watch: &Watch
     if let Some(told) = repair.filter(|r| r.closure_after > 1e-12) {
         warnings.push(format!("after {} sweeps rows are still {:.1e} off", told.sweeps, told.closure_after));
     }
-    Ok(ShapeFactors { patches, factors, names, repair, between, reciprocity, warnings, method: options.method.name() })
-}
-
-/// A name for each object: its id, the name of its file, or its model; with its number where another one has that name.
-fn names(loaded: &Loaded, patches: &Patches) -> Vec<String> {
-    let own = |object: &Object| {
-        let node = loaded.description.node(loaded.scene.surface(object.surface).node);
-        let mesh = node.params.iter().find_map(|p| if let Value::Mesh(i) = p.value.value { Some(i) } else { None });
-        let file = mesh.and_then(|i| loaded.description.assets.meshes[i as usize].path.file_stem());
-        let id = node.id.as_ref().map(|id| id.value.clone());
-        id.or_else(|| file.map(|f| f.to_string_lossy().into_owned())).unwrap_or_else(|| node.model.value.clone())
-    };
-    let own: Vec<String> = patches.objects.iter().map(own).collect();
-    let name = |(k, object): (usize, &Object)| {
-        let number = if own.iter().filter(|n| **n == own[k]).count() > 1 { format!("-{k}") } else { String::new() };
-        let instance = if object.instance == NO_INSTANCE { String::new() } else { format!("@{}", object.instance) };
-        format!("{}{number}{instance}", own[k])
-    };
-    patches.objects.iter().enumerate().map(name).collect()
+    Ok(ShapeFactors { patches, factors, names, repair, between, reciprocity, defects, warnings, method: options.method.name() })
 }
 
 /// F between shapes with standard errors. Errors of what one row counts are counted together; those of different rows are independent.

@@ -4,7 +4,7 @@ use super::Selection;
 use crate::memory;
 use etendue_radiosity::Patches;
 use etendue_radiosity::form_factor::TooLarge;
-use etendue_radiosity::patch::{Facet, Fault, TooMany};
+use etendue_radiosity::patch::TooMany;
 
 /// Refuses more patches than are allowed.
 pub(super) fn too_many(e: &TooMany) -> String {
@@ -27,49 +27,6 @@ pub(super) fn too_large(e: &TooLarge, method: &str, room: u64) -> String {
         None => "larger patches are fewer: --patch-size".to_owned(),
     };
     format!("{} patches are too many for the method `{method}`: it would take {why}\n  help: {help}", e.patches)
-}
-
-/// A line for each fault, and for what is not a diffuse surface.
-pub(super) fn faults(patches: &Patches, names: &[String]) -> Vec<String> {
-    let place = |f: &Facet| {
-        let object = patches.objects.iter().position(|o| o.surface == f.surface);
-        format!("`{}` facet {}", object.map_or("?", |o| names[o].as_str()), f.facet)
-    };
-    let line = |fault: &Fault| match fault {
-        Fault::NoArea { first, count } => {
-            format!("{}: {count} facets have no area, this is the first; they are left out", place(first))
-        }
-        Fault::AgainstEachOther { first: [a, b], count } => format!(
-            "{} and {}: wound against each other along {count} edges, this is the first; each keeps its own front (a normal may be inverted)",
-            place(a),
-            place(b)
-        ),
-        Fault::Open { first, count } => {
-            format!(
-                "{}: the mesh is open along {count} edges, this is the first; what passes there is counted as escaped",
-                place(first)
-            )
-        }
-        Fault::Touching { pair: [a, b], area } => {
-            format!(
-                "{} and {}: {area:.4} m² of them touch face to face; those parts exchange with each other alone",
-                place(a),
-                place(b)
-            )
-        }
-        Fault::Doubled { pair: [a, b], area } => {
-            format!(
-                "{} and {}: {area:.4} m² of them lie in one place; rays see one of the two, and both send light",
-                place(a),
-                place(b)
-            )
-        }
-    };
-    let obstacles = patches.obstacles.iter().map(|surface| {
-        let object = patches.objects.iter().position(|o| o.surface == *surface);
-        format!("`{}` cannot be cut into patches: it is a black obstacle", object.map_or("?", |o| names[o].as_str()))
-    });
-    patches.faults.iter().map(line).chain(obstacles).collect()
 }
 
 /// Why nothing goes from one selection to another.

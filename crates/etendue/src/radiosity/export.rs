@@ -10,8 +10,8 @@
 //! Patches are flat here: those of round shapes are given by their corners. Illuminance is K (0.2126 R + 0.7152 G + 0.0722 B) of H.
 
 use super::glb;
-use super::report::surface;
 use crate::load::Loaded;
+use crate::surfaces;
 use etendue_radiosity::patch::Side;
 use etendue_radiosity::solve::rgb;
 use etendue_radiosity::{Field, Solved};
@@ -98,7 +98,7 @@ fn csv(loaded: &Loaded, solved: &Solved, h: &[DVec3], efficacy: f64) -> String {
     );
     for (i, p) in solved.patches.patches.iter().enumerate() {
         let object = &solved.patches.objects[p.object as usize];
-        let shape = surface(loaded, object.surface);
+        let shape = surfaces::name(loaded, object.surface);
         let shape = if shape.contains([',', '"', '\n']) { format!("\"{}\"", shape.replace('"', "\"\"")) } else { shape };
         let side = if p.side == Side::Front { "front" } else { "back" };
         let _ = write!(text, "{i},{shape},{side}");

@@ -1,11 +1,11 @@
 //! The numbers of a solution, and what should be said of its scene.
 
 use crate::load::Loaded;
+use crate::surfaces::{self, Defect};
 use etendue_numerics::Spectrum;
 use etendue_radiosity::Solved;
 use etendue_radiosity::patch::Side;
 use etendue_radiosity::solved::Settings;
-use etendue_scene::SurfaceId;
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Duration;
@@ -55,6 +55,8 @@ pub struct Report {
     pub not_diffuse: Vec<Substitute>,
     /// Surfaces that cannot be cut and are black.
     pub obstacles: Vec<String>,
+    /// What is wrong with the surfaces.
+    pub defects: Vec<Defect>,
     /// Threads.
     pub threads: usize,
     /// From the first patch to the last sweep, s.
@@ -78,12 +80,6 @@ pub struct Substitute {
     pub transmitted: [f32; 3],
 }
 
-/// A surface by the id of its shape in the file, or by its model and place in the scene.
-pub(crate) fn surface(loaded: &Loaded, id: SurfaceId) -> String {
-    let node = loaded.description.node(loaded.scene.surface(id).node);
-    node.id.as_ref().map_or_else(|| format!("{}-{}", node.model.value, id.0), |id| id.value.clone())
-}
-
 impl Report {
     pub(super) fn new(loaded: &Loaded, settings: &Settings, solved: &Solved, elapsed: Duration, threads: usize) -> Self {
         let energy = solved.equation().energy(&solved.solution.b);
@@ -91,7 +87,7 @@ impl Report {
         let three = |s: Spectrum| s.to_rgb();
         let (repair, patches) = (&solved.repair, &solved.patches);
         let not_diffuse = patches.not_diffuse.iter().map(|n| Substitute {
-            surface: surface(loaded, n.surface),
+            surface: surfaces::name(loaded, n.surface),
             side: if n.side == Side::Front { "front" } else { "back" },
             material: n.material.to_owned(),
             reflectance: three(n.reflected),
@@ -118,7 +114,8 @@ impl Report {
             escaped: rgb(energy.escaped),
             residual: rgb(energy.residual),
             not_diffuse: not_diffuse.collect(),
-            obstacles: patches.obstacles.iter().map(|id| surface(loaded, *id)).collect(),
+            obstacles: patches.obstacles.iter().map(|id| surfaces::name(loaded, *id)).collect(),
+            defects: surfaces::defects(loaded, patches, &surfaces::names(loaded, patches)),
             threads,
             seconds: elapsed.as_secs_f64(),
             peak_memory_bytes: crate::memory::peak(),

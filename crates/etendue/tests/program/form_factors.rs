@@ -72,6 +72,28 @@ fn pairs_of_shapes_are_told_with_their_errors() {
     bench.bad(1, &["form-factors", "two.xml", "--between", "flor", "ceiling"]).says(&["no shape is called `flor`", "`floor`"]);
 }
 
+/// Groups of a plain OBJ are shapes: the sides of a room by their names, no gap between them.
+#[test]
+fn groups_are_shapes() {
+    let bench = Bench::new();
+    let faces: Vec<&str> = ROOM.lines().filter(|l| l.starts_with('f')).collect();
+    let vertices: Vec<&str> = ROOM.lines().filter(|l| l.starts_with('v')).collect();
+    let text = format!(
+        "{}\no floor\n{}\no ceiling\n{}\ng the walls\n{}\n",
+        vertices.join("\n"),
+        faces[0],
+        faces[1],
+        faces[2..].join("\n")
+    );
+    bench.write("room.obj", &text);
+    let said = bench.good(&["form-factors", "room.obj", "--method", "analytic", "--between", "floor", "the walls", "--json"]);
+    assert!(!said.err.contains("warning"), "{}", said.err);
+    let pairs: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    let f = |k: usize| pairs[k]["f"].as_f64().expect("a number");
+    assert!((f(0) - (1.0 - OPPOSITE)).abs() < 1e-5 && (f(1) - (1.0 - OPPOSITE) / 4.0).abs() < 1e-5, "{pairs}");
+    bench.bad(1, &["form-factors", "room.obj", "--between", "floor", "wals"]).says(&["shapes: floor, ceiling, the walls"]);
+}
+
 #[test]
 fn what_is_too_large_is_refused_before_it_starts() {
     let bench = Bench::new();

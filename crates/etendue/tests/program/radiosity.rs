@@ -53,6 +53,76 @@ fn what_cannot_be_done_is_told() {
     bench.bad(2, &["measure", "furnace", "--at", "0,0"]);
 }
 
+/// Ctrl-C between sweeps: the last whole one is written, and the report says that it was stopped.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_keeps_the_last_sweep() {
+    use std::io::{BufRead, BufReader, Read};
+    let bench = Bench::new();
+    let arguments = [
+        "radiosity",
+        "cornell-box",
+        "--patches",
+        "3000",
+        "--even",
+        "--residual",
+        "1e-300",
+        "-o",
+        "box.csv",
+        "-o",
+        "box.png",
+        "--width",
+        "16",
+        "--stats",
+        "s.json",
+    ];
+    let mut child = bench.start(&arguments);
+    let mut told = BufReader::new(child.stderr.take().expect("its standard error"));
+    let mut line = String::new();
+    while !line.starts_with("sweep ") {
+        line.clear();
+        assert!(told.read_line(&mut line).expect("text") > 0, "it ended before a sweep was told");
+    }
+    let status = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("`kill` is there");
+    assert!(status.success());
+    let mut rest = String::new();
+    told.read_to_string(&mut rest).expect("text");
+    assert_eq!(child.wait().expect("it ends").code(), Some(130), "{rest}");
+    for words in ["stopping after this sweep", "stopped before the residual asked for", "wrote box.csv", "wrote box.png"] {
+        assert!(rest.contains(words), "{rest}");
+    }
+    let report = bench.json("s.json");
+    let residuals: Vec<f64> = report["residuals"].as_array().expect("a list").iter().filter_map(|r| r.as_f64()).collect();
+    // Whole sweeps: each leaves less than the one before, and the books are closed but for what is left.
+    assert!(report["converged"] == false && residuals.len() > 1 && residuals.len() < 1000, "{}", residuals.len());
+    assert!(residuals.windows(2).all(|r| r[1] < r[0]), "{residuals:?}");
+    let red = |key: &str| report[key][0].as_f64().expect("a number");
+    let left = red("emitted") + red("arrived") - red("absorbed") - red("escaped") - red("residual");
+    assert!(left.abs() < 1e-9 * red("emitted"), "{left}");
+    let csv = String::from_utf8(bench.read("box.csv")).expect("text");
+    assert_eq!(csv.lines().count() as u64, 1 + report["patches"].as_u64().expect("a number"));
+}
+
+/// What is wrong with a mesh is told with shape, place and facet, and is in the report.
+#[test]
+fn faults_of_meshes_are_told() {
+    let bench = Bench::new();
+    bench.write("lid.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 1 2\nf 1 2 4\nf 2 4 3\n");
+    bench.write(
+        "bad.xml",
+        r#"<scene version="3.0.0"><sensor type="perspective"><film type="hdrfilm"><integer name="width" value="8"/><integer name="height" value="8"/></film></sensor>
+<shape type="obj" id="lid"><string name="filename" value="lid.obj"/><boolean name="face_normals" value="true"/>
+    <emitter type="area"><rgb name="radiance" value="1"/></emitter></shape></scene>"#,
+    );
+    let said = bench.good(&["radiosity", "bad.xml", "--patches", "30", "--samples", "64", "-o", "b.csv", "--stats", "s.json"]);
+    said.says(&["1 of 4 triangles have no area and are left out: 1 (from 0", "`lid` facet 0", "bad.xml:2:1", "open along 3 edges"]);
+    said.says(&["wound against each other", "each keeps its own front"]);
+    let defects = bench.json("s.json")["defects"].clone();
+    let kinds: Vec<&str> = defects.as_array().expect("a list").iter().filter_map(|d| d["kind"].as_str()).collect();
+    assert_eq!(kinds, ["wound-against-each-other", "open"], "{defects}");
+    assert_eq!((&defects[0]["shapes"], &defects[0]["facets"]), (&serde_json::json!(["lid", "lid"]), &serde_json::json!([0, 2])));
+}
+
 #[test]
 fn meters_print_numbers() {
     let bench = Bench::new();

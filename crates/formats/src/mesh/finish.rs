@@ -14,8 +14,17 @@ use glam::Vec3;
 pub(crate) fn finish(mut mesh: MeshData, mut unusable: usize) -> Loaded {
     let mut warnings = Vec::new();
     let dropped = drop_zero_area(&mut mesh);
-    if dropped > 0 {
-        warnings.push(format!("{dropped} of {} triangles have no area and are left out", dropped + mesh.indices.len()));
+    if !dropped.is_empty() {
+        /// Numbers that are told of those left out.
+        const TOLD: usize = 8;
+        let told: Vec<String> = dropped.iter().take(TOLD).map(u32::to_string).collect();
+        let more = if dropped.len() > TOLD { ", …" } else { "" };
+        warnings.push(format!(
+            "{} of {} triangles have no area and are left out: {}{more} (from 0; those that stay are numbered without them)",
+            dropped.len(),
+            dropped.len() + mesh.indices.len(),
+            told.join(", ")
+        ));
     }
     if mesh.indices.is_empty() {
         warnings.push("the mesh has no triangles".to_owned());
@@ -59,22 +68,25 @@ pub(crate) fn finish(mut mesh: MeshData, mut unusable: usize) -> Loaded {
     Loaded { mesh, warnings }
 }
 
-/// Removes the triangles without area, and their attributes; the answer is how many.
-fn drop_zero_area(mesh: &mut MeshData) -> usize {
+/// Removes the triangles without area, and their attributes; the answer is which.
+fn drop_zero_area(mesh: &mut MeshData) -> Vec<u32> {
     let positions = &mesh.positions;
     let area = |[a, b, c]: [u32; 3]| {
         let [a, b, c] = [a, b, c].map(|i| positions[i as usize].as_dvec3());
         (b - a).cross(c - a) != glam::DVec3::ZERO
     };
     let before = mesh.indices.len();
-    let Some(first) = mesh.indices.iter().position(|&t| !area(t)) else { return 0 };
-    let kept: Vec<u32> = (0..first).chain((first + 1..before).filter(|&i| area(mesh.indices[i]))).map(|i| i as u32).collect();
+    if mesh.indices.iter().all(|t| area(*t)) {
+        return Vec::new();
+    }
+    let (kept, dropped): (Vec<u32>, Vec<u32>) = (0..before as u32).partition(|&i| area(mesh.indices[i as usize]));
     mesh.indices = kept.iter().map(|&i| mesh.indices[i as usize]).collect();
     for attribute in mesh.attributes.iter_mut().filter(|a| a.kind == AttributeKind::Face) {
         let n = attribute.channels;
         attribute.data = kept.iter().flat_map(|&i| &attribute.data[i as usize * n..][..n]).copied().collect();
     }
-    before - kept.len()
+    mesh.groups.iter_mut().for_each(|g| g.first = kept.partition_point(|k| *k < g.first) as u32);
+    dropped
 }
 
 /// Gives every vertex whose normal is zero that of the faces around it.
@@ -101,7 +113,7 @@ fn fill_normals(mesh: &mut MeshData) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use etendue_description::Attribute;
+    use etendue_description::{Attribute, Group};
 
     #[test]
     fn triangles_without_area_leave_with_their_attributes() {
@@ -110,12 +122,15 @@ mod tests {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, 2.0 * Vec3::X],
             indices: vec![[0, 1, 2], [0, 1, 3], [1, 1, 2], [1, 3, 2]],
             attributes: vec![face],
+            groups: vec![Group { name: "last".into(), first: 2 }],
             ..MeshData::default()
         };
         let Loaded { mesh, warnings } = finish(mesh, 0);
         assert_eq!(mesh.indices, [[0, 1, 2], [1, 3, 2]]);
         assert_eq!(mesh.attributes[0].data, [1.0, 4.0]);
-        assert_eq!(warnings, ["2 of 4 triangles have no area and are left out"]);
+        assert_eq!(mesh.groups[0].first, 1);
+        assert_eq!(warnings.len(), 1);
+        assert!(warnings[0].starts_with("2 of 4 triangles have no area and are left out: 1, 2 (from 0"), "{warnings:?}");
     }
 
     #[test]

@@ -1,14 +1,14 @@
 //! Wavefront OBJ: `v x y z`, `vt u v`, `vn x y z`, `f v/vt/vn ...`.
 //!
 //! Indices count from 1, or from the last one backwards where negative. A polygon becomes a fan of triangles around its first corner.
-//! Corners with the same (v, vt, vn) share a vertex; vertices are numbered as the faces first name them. Groups, materials, lines and
-//! whatever else a file holds are left aside. Coordinates beyond the third (a weight, a colour) are too.
+//! Corners with the same (v, vt, vn) share a vertex; vertices are numbered as the faces first name them. The last `o` or `g` before a face
+//! names its group. Materials, lines and whatever else a file holds are left aside. Coordinates beyond the third (a weight, a colour) are too.
 //! Renderers take the v of an OBJ from the picture's top, so `v` becomes `1 - v` unless the caller says otherwise.
 //!
 //! Source: Wavefront Technologies, Advanced Visualizer Manual, appendix B1, "Object files".
 
 use super::{FileError, Loaded, MAX_MISTAKES, finish::finish};
-use etendue_description::MeshData;
+use etendue_description::{Group, MeshData};
 use glam::{Vec2, Vec3};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -42,6 +42,7 @@ struct Reader<'b> {
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
     indices: Vec<[u32; 3]>,
+    groups: Vec<Group>,
     /// The vertices of the mesh.
     corners: Vec<Corner>,
     /// The first vertex at each position, the others follow by [`Corner::next`].
@@ -69,6 +70,7 @@ impl<'b> Reader<'b> {
             uvs: Vec::new(),
             normals: Vec::new(),
             indices: Vec::new(),
+            groups: Vec::new(),
             corners: Vec::new(),
             first: Vec::new(),
             largest: [0; 3],
@@ -139,9 +141,24 @@ impl<'b> Reader<'b> {
                 words.at += 1;
                 self.face(&mut words)?;
             }
+            Some([b'o' | b'g', b' ' | b'\t', ..]) => {
+                words.at += 1;
+                words.skip_blanks();
+                self.group(String::from_utf8_lossy(&line[words.at..]).trim_end().to_owned());
+            }
             _ => {}
         }
         Ok(())
+    }
+
+    /// What follows belongs to the group `name`.
+    fn group(&mut self, name: String) {
+        let first = self.indices.len() as u32;
+        // A name without faces is none.
+        self.groups.pop_if(|last| last.first == first);
+        if self.groups.last().is_none_or(|last| last.name != name) {
+            self.groups.push(Group { name, first });
+        }
     }
 
     fn face(&mut self, words: &mut Words) -> Result<(), (Range<usize>, String)> {
@@ -254,10 +271,11 @@ impl<'b> Reader<'b> {
     }
 
     fn mesh(self, flip_v: bool) -> Loaded {
-        let Self { positions, uvs, normals, corners, indices, .. } = self;
+        let Self { positions, uvs, normals, corners, indices, mut groups, .. } = self;
+        groups.retain(|g| (g.first as usize) < indices.len());
         let uv = |i: u32| uvs.get(i as usize).map_or(Vec2::ZERO, |t| if flip_v { Vec2::new(t.x, 1.0 - t.y) } else { *t });
         let any = |sort: usize| corners.iter().any(|c| c.key[sort] != NONE);
-        let mut mesh = MeshData { indices, ..MeshData::default() };
+        let mut mesh = MeshData { indices, groups, ..MeshData::default() };
         mesh.positions = corners.iter().map(|c| positions[c.key[0] as usize]).collect();
         if any(1) {
             mesh.uvs = corners.iter().map(|c| uv(c.key[1])).collect();

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | a facet without area | it is no patch |
 //! | facets side by side that are wound against each other | each keeps the front that its winding, or its vertex normals, give it |
-//! | edges of one facet only, where a surface is not a flat sheet | nothing: what passes through the gap is counted as escaped |
+//! | edges of one facet only that no other surface has, where a surface is not a flat sheet | nothing: what passes through the gap is counted where it ends, or as escaped |
 //! | facets that cover each other in one plane, face to face | the covered parts exchange with each other alone ([`Contact`]) |
 //! | the same, facing one way | rays see the one of them that the tree gives; the other sends light and gets none |
 
@@ -65,6 +65,9 @@ pub enum Fault {
     },
 }
 
+/// Both ends of an edge: the bits of their coordinates.
+type Ends = [[u32; 3]; 2];
+
 /// A part of a patch that another covers, face to face.
 #[derive(Clone, Debug)]
 pub(crate) struct Contact {
@@ -112,17 +115,28 @@ impl Patches {
 
     /// Looks for faults of meshes: facets by themselves, and along their edges.
     pub(super) fn inspect(&mut self, scene: &Scene) {
+        let mut first = vec![None; scene.surfaces.len()];
+        self.objects.iter().rev().for_each(|o| first[o.surface.index()] = Some(o));
         let mut faults = Vec::new();
-        for surface in (0..scene.surfaces.len() as u32).map(SurfaceId) {
-            let Some(object) = self.objects.iter().find(|o| o.surface == surface) else { continue };
-            if scene.surface(surface).shape.mesh().is_some() && !object.is_clear {
-                faults.extend(self.faults_of_mesh(scene, object));
+        let mut open = Vec::new();
+        for object in first.into_iter().flatten() {
+            if scene.surface(object.surface).shape.mesh().is_some() && !object.is_clear {
+                faults.extend(self.faults_of_mesh(scene, object, &mut open));
             }
         }
+        // An edge that other surfaces have, too, is no gap: a room may be made of many.
+        let mut surfaces: HashMap<Ends, u32> = HashMap::new();
+        open.iter().for_each(|(ends, ..)| *surfaces.entry(*ends).or_insert(0) += 1);
+        let mut gaps: BTreeMap<SurfaceId, (Facet, usize)> = BTreeMap::new();
+        for (_, facet, _) in open.iter().filter(|(ends, _, matters)| *matters && surfaces[ends] == 1) {
+            gaps.entry(facet.surface).or_insert((*facet, 0)).1 += 1;
+        }
+        faults.extend(gaps.into_values().map(|(first, count)| Fault::Open { first, count }));
         self.faults = faults;
     }
 
-    fn faults_of_mesh(&self, scene: &Scene, object: &Object) -> Vec<Fault> {
+    /// All but open edges, which are noted in `open`.
+    fn faults_of_mesh(&self, scene: &Scene, object: &Object, open: &mut Vec<(Ends, Facet, bool)>) -> Vec<Fault> {
         let surface = object.surface;
         let facet = |facet: u32| Facet { surface, facet };
         let Some(mesh) = scene.surface(surface).shape.mesh() else { return Vec::new() };
@@ -136,11 +150,11 @@ impl Patches {
 
         // Corners by place, and each edge with the facets along it.
         let mut places: HashMap<[u32; 3], u32> = HashMap::new();
+        // Zeros of either sign are one.
+        let key = |i: u32| mesh.positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
         let place = |i: u32, places: &mut HashMap<[u32; 3], u32>| {
-            // Zeros of either sign are one.
-            let key = mesh.positions[i as usize].to_array().map(|x| (x + 0.0).to_bits());
             let next = places.len() as u32;
-            *places.entry(key).or_insert(next)
+            *places.entry(key(i)).or_insert(next)
         };
         let mut edges: BTreeMap<[u32; 2], Vec<(u32, bool)>> = BTreeMap::new();
         let mut normals = Vec::new();
@@ -162,9 +176,12 @@ impl Patches {
             faults.push(Fault::AgainstEachOther { first: [facet(e[0].0), facet(e[1].0)], count: 1 + both.count() });
         }
         let flat = normals.iter().all(|n| n.dot(normals[0]).abs() > 1.0 - 1e-9);
-        let mut single = edges.values().filter(|e| e.len() == 1 && !flat);
-        if let Some(e) = single.next() {
-            faults.push(Fault::Open { first: facet(e[0].0), count: 1 + single.count() });
+        for (ends, e) in edges.iter().filter(|(_, e)| e.len() == 1) {
+            let corners = mesh.indices[e[0].0 as usize].map(|i| (places[&key(i)], key(i)));
+            let mut at = ends.map(|end| corners.iter().find(|c| c.0 == end).map_or([0; 3], |c| c.1));
+            at.sort_unstable();
+            // The edges of a flat sheet are no gaps, but close those of others.
+            open.push((at, facet(e[0].0), !flat));
         }
         faults
     }

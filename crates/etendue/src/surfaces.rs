@@ -1,0 +1,138 @@
+//! Surfaces by their names in the scene, and in words what is wrong with them.
+
+use crate::load::Loaded;
+use etendue_description::Value;
+use etendue_radiosity::Patches;
+use etendue_radiosity::patch::{Facet, Fault, Object};
+use etendue_scene::{NO_INSTANCE, SurfaceId};
+use serde::Serialize;
+
+/// A surface by the id of its shape in the file, or by its model and place in the scene.
+pub(crate) fn name(loaded: &Loaded, id: SurfaceId) -> String {
+    let node = loaded.description.node(loaded.scene.surface(id).node);
+    node.id.as_ref().map_or_else(|| format!("{}-{}", node.model.value, id.0), |id| id.value.clone())
+}
+
+/// A name for each object: its id, the name of its file, or its model; with its number where another one has that name.
+pub(crate) fn names(loaded: &Loaded, patches: &Patches) -> Vec<String> {
+    let own = |object: &Object| {
+        let node = loaded.description.node(loaded.scene.surface(object.surface).node);
+        let mesh = node.params.iter().find_map(|p| if let Value::Mesh(i) = p.value.value { Some(i) } else { None });
+        let file = mesh.and_then(|i| loaded.description.assets.meshes[i as usize].path.file_stem());
+        let id = node.id.as_ref().map(|id| id.value.clone());
+        id.or_else(|| file.map(|f| f.to_string_lossy().into_owned())).unwrap_or_else(|| node.model.value.clone())
+    };
+    let own: Vec<String> = patches.objects.iter().map(own).collect();
+    let mut alike = std::collections::HashMap::new();
+    own.iter().for_each(|n| *alike.entry(n.as_str()).or_insert(0) += 1);
+    let name = |(k, object): (usize, &Object)| {
+        let number = if alike.get(own[k].as_str()).is_some_and(|n| *n > 1) { format!("-{k}") } else { String::new() };
+        let instance = if object.instance == NO_INSTANCE { String::new() } else { format!("@{}", object.instance) };
+        format!("{}{number}{instance}", own[k])
+    };
+    patches.objects.iter().enumerate().map(name).collect()
+}
+
+/// Something that is wrong with surfaces, and what was done about it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Defect {
+    /// `no-area`, `wound-against-each-other`, `open`, `touching`, `doubled` or `obstacle`.
+    pub kind: &'static str,
+    /// The shape, or both of two.
+    pub shapes: Vec<String>,
+    /// Where in the scene's files each of them stands, where it does.
+    pub places: Vec<String>,
+    /// The facet of each: a triangle of its mesh, from 0.
+    pub facets: Vec<u32>,
+    /// Of how many facets or edges this is the first.
+    pub count: usize,
+    /// The area concerned, m².
+    pub area: Option<f64>,
+    /// What was done.
+    pub done: &'static str,
+    /// All of it in words.
+    pub words: String,
+}
+
+/// What is wrong with the surfaces of `patches`.
+pub(crate) fn defects(loaded: &Loaded, patches: &Patches, names: &[String]) -> Vec<Defect> {
+    let name = |id: SurfaceId| patches.objects.iter().position(|o| o.surface == id).map_or("?", |o| names[o].as_str());
+    let place = |id: SurfaceId| {
+        let node = loaded.description.node(loaded.scene.surface(id).node);
+        let place = loaded.description.sources.place(node.span);
+        // A plain mesh has no text of its own.
+        let mesh = loaded.description.sources.path(node.span.source).extension().is_some_and(|e| e == "obj" || e == "ply");
+        (!mesh).then_some(place)
+    };
+    let new = |kind, facets: &[Facet], count, area: Option<f64>, what: String, done| {
+        let one = |f: &Facet| {
+            let place = place(f.surface).map_or(String::new(), |p| format!(" ({p})"));
+            format!("`{}` facet {}{place}", name(f.surface), f.facet)
+        };
+        Defect {
+            kind,
+            shapes: facets.iter().map(|f| name(f.surface).to_owned()).collect(),
+            places: facets.iter().filter_map(|f| place(f.surface)).collect(),
+            facets: facets.iter().map(|f| f.facet).collect(),
+            count,
+            area,
+            done,
+            words: format!("{}: {what}; {done}", facets.iter().map(one).collect::<Vec<_>>().join(" and ")),
+        }
+    };
+    let of = |fault: &Fault| match fault {
+        Fault::NoArea { first, count } => {
+            let what = format!("{count} facets have no area, this is the first");
+            new("no-area", &[*first], *count, None, what, "they are left out")
+        }
+        Fault::AgainstEachOther { first, count } => {
+            let what = format!("wound against each other along {count} edges, this is the first (a normal may be inverted)");
+            new("wound-against-each-other", first, *count, None, what, "each keeps its own front")
+        }
+        Fault::Open { first, count } => {
+            let what = format!("the mesh is open along {count} edges, this is the first");
+            new("open", &[*first], *count, None, what, "what passes there is counted where it ends, or as escaped")
+        }
+        Fault::Touching { pair, area } => {
+            let what = format!("{area:.4} m² of them touch face to face");
+            new("touching", pair, 1, Some(*area), what, "those parts exchange with each other alone")
+        }
+        Fault::Doubled { pair, area } => {
+            let what = format!("{area:.4} m² of them lie in one place");
+            new("doubled", pair, 1, Some(*area), what, "rays see one of the two, and both send light")
+        }
+    };
+    let obstacle = |id: &SurfaceId| Defect {
+        kind: "obstacle",
+        shapes: vec![name(*id).to_owned()],
+        places: place(*id).into_iter().collect(),
+        facets: Vec::new(),
+        count: 1,
+        area: None,
+        done: "it is a black obstacle",
+        words: format!("`{}` cannot be cut into patches; it is a black obstacle", name(*id)),
+    };
+    patches.faults.iter().map(of).chain(patches.obstacles.iter().map(obstacle)).collect()
+}
+
+/// The words of defects: of each kind the first few, and how many more there are.
+pub fn words(defects: &[Defect]) -> Vec<String> {
+    /// Lines of each kind.
+    const LINES: usize = 4;
+    let mut lines = Vec::new();
+    let mut kinds: Vec<&str> = defects.iter().map(|d| d.kind).collect();
+    kinds.dedup();
+    let mut told: Vec<&str> = Vec::new();
+    for kind in kinds {
+        if told.contains(&kind) {
+            continue;
+        }
+        told.push(kind);
+        let alike: Vec<&Defect> = defects.iter().filter(|d| d.kind == kind).collect();
+        lines.extend(alike.iter().take(LINES).map(|d| d.words.clone()));
+        if alike.len() > LINES {
+            lines.push(format!("and {} more like that ({kind}); JSON lists them all", alike.len() - LINES));
+        }
+    }
+    lines
+}
