@@ -120,5 +120,7 @@ lobes!(
     Principled,
     PrincipledThin,
     Phong,
+    CoatedDiffuse,
+    DiffuseTransmission,
     Null,
 );

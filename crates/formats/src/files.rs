@@ -1,13 +1,16 @@
 //! Finding and reading the files that a scene names.
 
 use crate::ReadOptions;
-use etendue_description::nearest;
+use etendue_description::{Diagnostics, Span, nearest};
 use std::borrow::Cow;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
 /// Scene texts beyond this size are refused: places are told in 32 bits, and no scene of this world is so large.
 pub(crate) const MAX_TEXT: u64 = 1 << 29;
+
+/// Files that unpack to more than this many bytes are refused.
+const MAX_UNPACKED: u64 = 1 << 32;
 
 /// The files of the caller's map, then those of the disk.
 #[derive(Clone, Copy)]
@@ -41,6 +44,33 @@ impl Files<'_> {
         Err(Missing { folders: folders.to_vec(), near })
     }
 
+    /// As [`Files::resolve`], with a message where there is none; nearest names are searched `searches` more times.
+    pub fn find(
+        &self,
+        name: &str,
+        span: Span,
+        folders: &[PathBuf],
+        searches: &mut usize,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<PathBuf> {
+        if name.trim().is_empty() {
+            diagnostics.error(span, "a file name must stand here");
+            return None;
+        }
+        match self.resolve(name, folders, *searches > 0) {
+            Ok(path) => Some(path),
+            Err(missing) => {
+                *searches = searches.saturating_sub(1);
+                let error = diagnostics.error(span, format!("there is no file `{name}`"));
+                if let Some(near) = missing.near {
+                    error.help(format!("did you mean `{}`?", near.display()));
+                }
+                error.help(searched(&missing.folders));
+                None
+            }
+        }
+    }
+
     /// The folder `name` below the first of the folders that has it.
     pub fn resolve_folder(&self, name: &str, folders: &[PathBuf]) -> Option<PathBuf> {
         let has = |path: &PathBuf| path.is_dir() || self.options.files.keys().any(|k| k.starts_with(plain(path)));
@@ -51,12 +81,13 @@ impl Files<'_> {
         self.options.files.contains_key(&plain(path)) || path.is_file()
     }
 
-    /// The bytes of a file.
+    /// The bytes of a file; one whose name ends in `.gz` is unpacked.
     pub fn read(&self, path: &Path) -> io::Result<Cow<'_, [u8]>> {
-        match self.options.files.get(&plain(path)) {
-            Some(bytes) => Ok(Cow::Borrowed(bytes)),
-            None => std::fs::read(path).map(Cow::Owned),
-        }
+        let bytes = match self.options.files.get(&plain(path)) {
+            Some(bytes) => Cow::Borrowed(&**bytes),
+            None => Cow::Owned(std::fs::read(path)?),
+        };
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) { unpacked(&bytes).map(Cow::Owned) } else { Ok(bytes) }
     }
 
     /// As [`Files::read`], of a text of reasonable size.
@@ -67,6 +98,9 @@ impl Files<'_> {
             return Err(format!("it has {size} bytes, more than the {MAX_TEXT} of the largest text read here"));
         }
         let bytes = self.read(path).map_err(|e| reason(&e))?;
+        if bytes.len() as u64 > MAX_TEXT {
+            return Err(format!("it unpacks to {} bytes, more than the {MAX_TEXT} of the largest text read here", bytes.len()));
+        }
         crate::encoding::decode(bytes.into_owned())
     }
 
@@ -84,6 +118,25 @@ impl Files<'_> {
         names.sort();
         nearest(word, names.iter().map(String::as_str)).map(|name| folder.join(name))
     }
+}
+
+/// What gzip packed, of reasonable size: a few bytes may unpack to any number.
+fn unpacked(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    use io::Read as _;
+    let mut out = Vec::new();
+    flate2::read::MultiGzDecoder::new(bytes).take(MAX_UNPACKED + 1).read_to_end(&mut out)?;
+    if out.len() as u64 > MAX_UNPACKED {
+        return Err(io::Error::other(format!("it unpacks to more than {MAX_UNPACKED} bytes")));
+    }
+    Ok(out)
+}
+
+/// Where was searched, in words.
+pub(crate) fn searched(folders: &[PathBuf]) -> String {
+    let names = folders
+        .iter()
+        .map(|f| if f.as_os_str().is_empty() { "the working folder".to_owned() } else { format!("`{}`", f.display()) });
+    format!("looked in {}", names.collect::<Vec<_>>().join(", "))
 }
 
 /// Why a file cannot be read, in plain words.

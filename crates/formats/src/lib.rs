@@ -1,4 +1,4 @@
-//! Files into descriptions: Mitsuba 3 scenes, and the meshes and grids that they name.
+//! Files into descriptions: Mitsuba 3 and pbrt-v4 scenes, and the meshes and grids that they name.
 //!
 //! [`read`] takes a scene file and gives its [`Description`] and everything that should be said about it. It never panics on what a file
 //! holds, goes on after a mistake so that all of them are told in one go, and reads meshes in parallel on the caller's thread pool
@@ -7,14 +7,20 @@
 //! | format | what | where |
 //! | --- | --- | --- |
 //! | `.xml` | Mitsuba scenes, version 2.x and 3.x | `mitsuba` |
+//! | `.pbrt`, `.pbrt.gz` | pbrt-v4 scenes | `pbrt` |
 //! | `.obj`, `.ply`, `.serialized` | triangle meshes that a scene names | [`mesh`] |
 //! | `.vol` | voxel grids that a scene names | [`mesh::vol`] |
-//! | `.spd` | spectra that a scene names | `mitsuba` |
+//! | `.spd` | spectra that a scene names | `spd` |
+//!
+//! Scenes, their includes and meshes may be packed by gzip; their names then end in `.gz`.
 
+mod assets;
 mod encoding;
 mod files;
 pub mod mesh;
 mod mitsuba;
+mod pbrt;
+mod spd;
 pub mod xml;
 
 use etendue_description::{Description, Diagnostics};
@@ -41,7 +47,7 @@ pub fn read(path: &Path, options: &ReadOptions) -> (Description, Diagnostics) {
     }
     let files = files::Files { options };
     match files.read_text(path) {
-        Ok(text) => mitsuba::read(path, text, files),
+        Ok(text) => dispatch(path, text, files),
         Err(why) => {
             let error = diagnostics.error(None, format!("`{}` cannot be read: {why}", path.display()));
             let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
@@ -60,20 +66,31 @@ pub fn read(path: &Path, options: &ReadOptions) -> (Description, Diagnostics) {
 /// Reads a scene from a text. `name` is its path in messages, and the files that it names are looked for in the folder of `name`, first
 /// among [`ReadOptions::files`].
 pub fn read_str(name: &str, text: &str, options: &ReadOptions) -> (Description, Diagnostics) {
-    mitsuba::read(Path::new(name), text.to_owned(), files::Files { options })
+    dispatch(Path::new(name), text.to_owned(), files::Files { options })
+}
+
+/// Reads a text by the reader of its name's ending.
+fn dispatch(path: &Path, text: String, files: files::Files) -> (Description, Diagnostics) {
+    if ending(path) == "pbrt" { pbrt::read(path, text, files) } else { mitsuba::read(path, text, files) }
+}
+
+/// The ending of a file's name in small letters, without a `.gz` behind it.
+fn ending(path: &Path) -> String {
+    let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    match ending(path).as_str() {
+        "gz" => ending(&path.with_extension("")),
+        other => other.to_owned(),
+    }
 }
 
 /// Whether the ending is that of a scene file; says what else it is if not.
 fn check_ending(path: &Path, diagnostics: &mut Diagnostics) -> bool {
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let ending = ending(path);
     let shown = path.display();
     match ending.as_str() {
-        "xml" => return true,
-        "pbrt" => {
-            diagnostics.error(None, format!("`{shown}`: pbrt scenes are not read yet")).help("Mitsuba 3 scenes (.xml) are");
-        }
+        "xml" | "pbrt" => return true,
         "gltf" | "glb" => {
-            diagnostics.error(None, format!("`{shown}`: glTF scenes are not read yet")).help("Mitsuba 3 scenes (.xml) are");
+            diagnostics.error(None, format!("`{shown}`: glTF scenes are not read yet")).help("Mitsuba 3 scenes (.xml) and pbrt-v4 scenes (.pbrt) are");
         }
         "obj" | "ply" | "serialized" => {
             diagnostics.error(None, format!("`{shown}` is a mesh without a scene around it")).help(format!(
@@ -81,12 +98,12 @@ fn check_ending(path: &Path, diagnostics: &mut Diagnostics) -> bool {
             ));
         }
         "" => {
-            diagnostics.error(None, format!("`{shown}` has no ending to tell its format by")).help("Mitsuba 3 scenes end in .xml");
+            diagnostics.error(None, format!("`{shown}` has no ending to tell its format by")).help("Mitsuba 3 scenes end in .xml, pbrt-v4 scenes in .pbrt");
         }
         _ => {
             diagnostics
                 .error(None, format!("`{shown}`: files ending in .{ending} are no scenes that étendue reads"))
-                .help("Mitsuba 3 scenes end in .xml");
+                .help("Mitsuba 3 scenes end in .xml, pbrt-v4 scenes in .pbrt");
         }
     }
     false

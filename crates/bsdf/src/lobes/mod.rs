@@ -1,9 +1,11 @@
 //! The scattering models, one file each. Every model has a plain parameter struct with documented defaults and a `new` that cleans
 //! what it is given: no NaN, no negative reflectance, no roughness below [`crate::Microfacets::MIN_ALPHA`].
 
+mod coated_diffuse;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 mod null;
 mod phong;
 mod plastic;
@@ -15,9 +17,11 @@ mod rough_dielectric;
 mod rough_plastic;
 mod thin_dielectric;
 
+pub use coated_diffuse::{CoatedDiffuse, CoatedDiffuseParams};
 pub use conductor::{Conductor, ConductorParams};
 pub use dielectric::{Dielectric, DielectricParams};
 pub use diffuse::{Diffuse, DiffuseParams};
+pub use diffuse_transmission::{DiffuseTransmission, DiffuseTransmissionParams};
 pub use null::Null;
 pub use phong::{Phong, PhongParams};
 pub use plastic::{Plastic, PlasticParams};

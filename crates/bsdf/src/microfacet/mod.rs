@@ -6,7 +6,8 @@
 //! | Beckmann | exp(-(m_x²/α_x² + m_y²/α_y²)/m_z²) / (π α_x α_y m_z⁴) | a rational fit in a = 1/tanθ_α |
 //!
 //! tan²θ_α = ((α_x v_x)² + (α_y v_y)²)/v_z² [Walter et al. 2007, eqs. 25, 27, 33, 34; anisotropic form: Heitz 2014, §5.3]. D is per
-//! steradian of normals, ∫ D(m) m_z dm = 1. Shadowing and masking are taken as separable, G = G1(wo) G1(wi).
+//! steradian of normals, ∫ D(m) m_z dm = 1. Shadowing and masking are taken as separable, G = G1(wo) G1(wi), but for
+//! [`Ndf::GgxCorrelated`], where 1/G = 1/G1(wo) + 1/G1(wi) - 1: facets that are high are seen from both sides [Heitz 2014, eq. 99].
 //!
 //! G1 is kept as G1(v)/v_z, which stays finite at grazing angles and is what f and the densities need: with it
 //! f = F D G1(wo)/cosθ_o G1(wi)/cosθ_i / 4 has no division by a cosine left.
@@ -15,6 +16,7 @@
 //! visible normals uses the exact G1, since that is what the sampling routine follows. So `pdf` describes `sample` exactly.
 
 mod beckmann;
+pub mod coat;
 mod erf;
 pub mod transmittance;
 
@@ -31,6 +33,8 @@ pub enum Ndf {
     Beckmann,
     /// Long tails; also named after Trowbridge and Reitz.
     Ggx,
+    /// The same, with masking and shadowing that know of each other's height.
+    GgxCorrelated,
 }
 
 /// A rough surface: its distribution of normals.
@@ -75,7 +79,7 @@ impl Microfacets {
         let slope2 = sqr(m.x / self.alpha.x) + sqr(m.y / self.alpha.y);
         let c2 = sqr(m.z);
         let d = match self.ndf {
-            Ndf::Ggx => 1.0 / (norm * sqr(slope2 + c2)),
+            Ndf::Ggx | Ndf::GgxCorrelated => 1.0 / (norm * sqr(slope2 + c2)),
             Ndf::Beckmann => exp(-slope2 / c2) / (norm * sqr(c2)),
         };
         if d * m.z > 1e-20 { d } else { 0.0 }
@@ -89,7 +93,7 @@ impl Microfacets {
         }
         let (c, s) = (v.z.abs(), self.projected_alpha(v));
         match self.ndf {
-            Ndf::Ggx => 2.0 / (c + (c * c + s * s).sqrt()),
+            Ndf::Ggx | Ndf::GgxCorrelated => 2.0 / (c + (c * c + s * s).sqrt()),
             Ndf::Beckmann => {
                 if c >= 1.6 * s {
                     return 1.0 / c;
@@ -106,11 +110,24 @@ impl Microfacets {
         self.g1_over_cos(v, m) * v.z.abs()
     }
 
-    /// D(m) G1(wo)/cosθ_o G1(wi)/cosθ_i: what the reflection and transmission lobes share.
+    /// D(m) G/(cosθ_o cosθ_i): what the reflection and transmission lobes share.
     #[inline]
     pub fn dg(&self, wo: Vec3, wi: Vec3, m: Vec3) -> f32 {
-        let g = self.g1_over_cos(wo, m) * self.g1_over_cos(wi, m);
-        if g > 0.0 { self.d(m) * g } else { 0.0 }
+        let (o, i) = (self.g1_over_cos(wo, m), self.g1_over_cos(wi, m));
+        if o * i <= 0.0 {
+            return 0.0;
+        }
+        self.d(m) * if self.ndf == Ndf::GgxCorrelated { correlated(wo, wi, o, i) } else { o * i }
+    }
+
+    /// G(wo, wi, m)/G1(wo, m): what is left of light that met the visible facet m.
+    #[inline]
+    pub fn unshadowed(&self, wo: Vec3, wi: Vec3, m: Vec3) -> f32 {
+        let (o, i) = (self.g1_over_cos(wo, m), self.g1_over_cos(wi, m));
+        if o * i <= 0.0 {
+            return 0.0;
+        }
+        wi.z.abs() * if self.ndf == Ndf::GgxCorrelated { correlated(wo, wi, o, i) / o } else { i }
     }
 
     /// The density of [`Microfacets::sample`] per steradian of normals; `wo` and `m` in the upper hemisphere.
@@ -126,7 +143,7 @@ impl Microfacets {
             return 0.0;
         }
         let masking = match self.ndf {
-            Ndf::Ggx => self.g1_over_cos(wo, m),
+            Ndf::Ggx | Ndf::GgxCorrelated => self.g1_over_cos(wo, m),
             Ndf::Beckmann => beckmann::g1_over_cos(wo.z, self.projected_alpha(wo)),
         };
         self.d(m) * masking * cos
@@ -141,7 +158,7 @@ impl Microfacets {
         // The stretched surface has roughness 1 and is seen from the stretched direction [Heitz 2018, §3].
         let v = Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize();
         let h = match self.ndf {
-            Ndf::Ggx => spherical_cap(v, u),
+            Ndf::Ggx | Ndf::GgxCorrelated => spherical_cap(v, u),
             Ndf::Beckmann => beckmann::visible_normal(v, u),
         };
         Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0)).try_normalize().unwrap_or(Vec3::Z)
@@ -151,7 +168,7 @@ impl Microfacets {
     fn sample_all(&self, u: Vec2) -> Vec3 {
         let (sin, cos) = sin_cos(TAU * u.y);
         let tan = match self.ndf {
-            Ndf::Ggx => (u.x / (1.0 - u.x)).sqrt(),
+            Ndf::Ggx | Ndf::GgxCorrelated => (u.x / (1.0 - u.x)).sqrt(),
             Ndf::Beckmann => safe_sqrt(-ln(1.0 - u.x)),
         };
         Vec3::new(self.alpha.x * tan * cos, self.alpha.y * tan * sin, 1.0).normalize()
@@ -162,6 +179,13 @@ impl Microfacets {
     fn projected_alpha(&self, v: Vec3) -> f32 {
         (sqr(self.alpha.x * v.x) + sqr(self.alpha.y * v.y)).sqrt()
     }
+}
+
+/// G/(cosθ_o cosθ_i) of correlated facets, from G1/cos of both.
+#[inline]
+fn correlated(wo: Vec3, wi: Vec3, o: f32, i: f32) -> f32 {
+    let (co, ci) = (wo.z.abs(), wi.z.abs());
+    1.0 / (ci / o + co / i - co * ci)
 }
 
 /// A visible normal of the GGX surface of roughness 1 seen from `v`: `v` plus a point on the spherical cap z > -v_z, not

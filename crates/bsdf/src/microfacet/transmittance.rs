@@ -46,6 +46,11 @@ impl RoughTransmittance {
         }
     }
 
+    /// A boundary whose T and internal reflectance are known.
+    pub(super) fn of(transmittance: impl Fn(f64) -> f64, internal: f64) -> Self {
+        Self { chebyshev: fit(transmittance), internal: internal as f32 }
+    }
+
     /// T(μ) in [0, 1] for μ in [0, 1].
     #[inline]
     pub fn at(&self, mu: f32) -> f32 {
@@ -80,7 +85,7 @@ fn transmitted<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu
     over_visible(surface, rule, mu, |wo, m| {
         let x = fresnel::dielectric(wo.dot(m), eta);
         let wt = refract(wo, m, &x);
-        if wt.z < 0.0 { (1.0 - x.f) * surface.g1(wt, m) } else { 0.0 }
+        if wt.z < 0.0 { (1.0 - x.f) * surface.unshadowed(wo, wt, m) } else { 0.0 }
     })
 }
 
@@ -88,11 +93,11 @@ fn transmitted<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu
 fn reflected<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu: f64, eta: f32) -> f64 {
     over_visible(surface, rule, mu, |wo, m| {
         let wi = reflect(wo, m);
-        if wi.z > 0.0 { fresnel::dielectric(wo.dot(m), eta).f * surface.g1(wi, m) } else { 0.0 }
+        if wi.z > 0.0 { fresnel::dielectric(wo.dot(m), eta).f * surface.unshadowed(wo, wi, m) } else { 0.0 }
     })
 }
 
-fn over_visible<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu: f64, g: impl Fn(Vec3, Vec3) -> f32) -> f64 {
+pub(super) fn over_visible<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu: f64, g: impl Fn(Vec3, Vec3) -> f32) -> f64 {
     let mu = mu as f32;
     let wo = Vec3::new(safe_sqrt(1.0 - mu * mu), 0.0, mu);
     let row =
@@ -101,7 +106,7 @@ fn over_visible<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], m
 }
 
 /// Nodes and weights on [0, 1]: roots of the Legendre polynomial by Newton's method from Tricomi's estimate.
-fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
+pub(super) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
     let n = N as f64;
     std::array::from_fn(|i| {
         let mut x = (PI * (i as f64 + 0.75) / (n + 0.5)).cos();

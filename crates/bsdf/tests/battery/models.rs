@@ -80,7 +80,7 @@ fn smooth() -> Vec<Row> {
 fn rough() -> Vec<Row> {
     let mut rows = Vec::new();
     let gold = ConductorParams { eta: GOLD.0, k: GOLD.1, ..Default::default() };
-    for ndf in [Ndf::Beckmann, Ndf::Ggx] {
+    for ndf in [Ndf::Beckmann, Ndf::Ggx, Ndf::GgxCorrelated] {
         for sample_visible in [true, false] {
             for (alpha_u, alpha_v) in [(0.1, 0.1), (0.5, 0.5), (0.05, 0.3)] {
                 let tag = format!("{ndf:?} {alpha_u} x {alpha_v}{}", if sample_visible { "" } else { ", all normals" });
@@ -202,7 +202,25 @@ fn sums() -> Vec<Row> {
     ]
 }
 
+fn coated() -> Vec<Row> {
+    let coated = |name: &str, p: CoatedDiffuseParams, energy| Row::new(name, CoatedDiffuse::new(p, &p.coat()), energy);
+    let d = CoatedDiffuseParams::default();
+    let white = CoatedDiffuseParams { reflectance: Spectrum::ONE, thickness: 0.0, bounces: 1000, ..d };
+    let sheet = |reflectance, transmittance| DiffuseTransmission::new(DiffuseTransmissionParams { reflectance, transmittance });
+    vec![
+        coated("coated diffuse", d, Energy::AtLeast(0.3)),
+        coated("coated diffuse, thick", CoatedDiffuseParams { thickness: 0.5, eta: 1.8, ..d }, Energy::AtLeast(0.05)),
+        coated("coated white", white, Energy::AtLeast(0.995)),
+        coated("coated white, rough", CoatedDiffuseParams { alpha: Some(0.1), ..white }, Energy::AtLeast(0.95)),
+        coated("coated diffuse, rough", CoatedDiffuseParams { alpha: Some(0.3), ..d }, Energy::AtLeast(0.2)),
+        coated("coated black, sharp", CoatedDiffuseParams { reflectance: Spectrum::ZERO, alpha: Some(0.01), ..d }, Energy::AtLeast(0.01)),
+        Row::new("diffuse transmission", sheet(Spectrum::rgb(0.3, 0.2, 0.1), Spectrum::rgb(0.2, 0.5, 0.3)), Energy::AtLeast(0.3)),
+        Row::new("diffuse transmission, white", sheet(Spectrum::splat(0.25), Spectrum::splat(0.75)), Energy::Kept),
+        Row::new("diffuse transmission, one way", sheet(Spectrum::ZERO, Spectrum::splat(0.5)), Energy::AtLeast(0.49)),
+    ]
+}
+
 /// All of them.
 pub fn rows() -> Vec<Row> {
-    [smooth(), rough(), principled(), sums()].into_iter().flatten().collect()
+    [smooth(), rough(), principled(), coated(), sums()].into_iter().flatten().collect()
 }

@@ -1,42 +1,10 @@
-//! The files that objects name: meshes and grids are read, each once and all in parallel; others are only found.
+//! The files that objects name: meshes and grids are noted, to be read; others are only found.
 
 use super::Reader;
-use crate::files::{Files, plain, reason};
-use crate::mesh::{self, FileError, Loaded, Place};
-use etendue_description::{GridData, Kind, MeshData, NodeId, Span, Spanned, Value};
-use rayon::prelude::*;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-/// The files to read, in the order in which the scene names them.
-#[derive(Default)]
-pub(super) struct Wanted {
-    list: Vec<Request>,
-    known: BTreeMap<(PathBuf, Format), usize>,
-}
-
-/// A file and the parameters that name it.
-struct Request {
-    path: PathBuf,
-    format: Format,
-    users: Vec<(NodeId, Span)>,
-}
-
-/// How to read a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Format {
-    Obj { flip_v: bool },
-    Ply { flip_v: bool },
-    Serialized { index: usize },
-    Vol,
-}
-
-/// What a file held.
-enum Content {
-    Mesh(Loaded),
-    Grid(GridData),
-}
+use crate::assets::Format;
+use crate::files::plain;
+use etendue_description::{Kind, NodeId, Spanned, Value};
+use std::path::PathBuf;
 
 impl Reader<'_> {
     /// Finds the file that a node's `filename` names; one that is read here is noted for later.
@@ -59,14 +27,7 @@ impl Reader<'_> {
         let Some(path) = self.find_file(&name, span, folders) else { return };
         self.description.nodes[id.0 as usize].params[at].value.value = Value::Path(path.clone());
         match format {
-            Some(format) => {
-                let known = self.wanted.known.len();
-                let at = *self.wanted.known.entry((plain(&path), format)).or_insert(known);
-                if at == self.wanted.list.len() {
-                    self.wanted.list.push(Request { path, format, users: Vec::new() });
-                }
-                self.wanted.list[at].users.push((id, span));
-            }
+            Some(format) => self.wanted.note(path, format, id, span),
             None => {
                 // Whoever opens the file later will not know the caller's map.
                 if let Some(bytes) = self.files.options.files.get(&plain(&path)) {
@@ -100,76 +61,5 @@ impl Reader<'_> {
                 0
             }
         }
-    }
-
-    /// Reads all files that were noted.
-    pub(super) fn load_assets(&mut self) {
-        let wanted = std::mem::take(&mut self.wanted.list);
-        let files = self.files;
-        let contents: Vec<Result<Content, Vec<FileError>>> = wanted.par_iter().map(|request| load(request, files)).collect();
-        for (request, content) in wanted.into_iter().zip(contents) {
-            let Some(&(_, first)) = request.users.first() else { continue };
-            match content {
-                Ok(Content::Mesh(loaded)) => self.mesh(&request, loaded),
-                Ok(Content::Grid(grid)) => {
-                    let i = self.description.assets.grids.len() as u32;
-                    self.description.assets.grids.push(Arc::new(GridData { path: request.path.clone(), ..grid }));
-                    self.hand_out(&request, &Value::Grid(i));
-                }
-                Err(errors) => {
-                    for error in errors {
-                        self.tell(&request.path, first, error);
-                    }
-                }
-            }
-        }
-    }
-
-    fn mesh(&mut self, request: &Request, loaded: Loaded) {
-        for warning in loaded.warnings {
-            let at = request.users[0].1;
-            self.diagnostics.warning(at, format!("`{}`: {warning}", request.path.display()));
-        }
-        let i = self.description.assets.meshes.len() as u32;
-        self.description.assets.meshes.push(Arc::new(MeshData { path: request.path.clone(), ..loaded.mesh }));
-        self.hand_out(request, &Value::Mesh(i));
-    }
-
-    /// Puts what was read where it was named.
-    fn hand_out(&mut self, request: &Request, value: &Value) {
-        for &(user, _) in &request.users {
-            let params = &mut self.description.nodes[user.0 as usize].params;
-            if let Some(param) = params.iter_mut().find(|p| p.name.value == "filename") {
-                param.value.value = value.clone();
-            }
-        }
-    }
-
-    fn tell(&mut self, path: &Path, named: Span, error: FileError) {
-        let FileError { message, place } = error;
-        let path = path.display();
-        match place {
-            Place::File => {
-                self.diagnostics.error(named, format!("`{path}`: {message}"));
-            }
-            Place::Byte(at) => {
-                self.diagnostics.error(named, format!("`{path}`, byte {at}: {message}"));
-            }
-            Place::Line { number, text, word } => {
-                let source = self.description.sources.add_excerpt(path.to_string(), text, number);
-                let span = Span { source, start: word.start as u32, end: word.end as u32 };
-                self.diagnostics.error(span, message).label(named, "the file is named here");
-            }
-        }
-    }
-}
-
-fn load(request: &Request, files: Files) -> Result<Content, Vec<FileError>> {
-    let bytes = files.read(&request.path).map_err(|e| vec![FileError::file(format!("the file cannot be read: {}", reason(&e)))])?;
-    match request.format {
-        Format::Obj { flip_v } => mesh::obj::read(&bytes, flip_v).map(Content::Mesh),
-        Format::Ply { flip_v } => mesh::ply::read(&bytes, flip_v).map(Content::Mesh),
-        Format::Serialized { index } => mesh::serialized::read(&bytes, index).map(Content::Mesh),
-        Format::Vol => mesh::vol::read(&bytes).map(Content::Grid),
     }
 }

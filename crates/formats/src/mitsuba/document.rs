@@ -2,7 +2,7 @@
 
 use super::attributes::Attributes;
 use super::{File, KINDS, Parent, Reader, text};
-use crate::files::plain;
+use crate::files::{plain, searched};
 use crate::xml;
 use etendue_description::{Severity, SourceId, Span, Spanned};
 use std::path::{Path, PathBuf};
@@ -146,29 +146,6 @@ impl Reader<'_> {
 
     /// The path of a file, or a message that names the folders searched and the nearest name there.
     pub(super) fn find_file(&mut self, name: &str, span: Span, folders: &[PathBuf]) -> Option<PathBuf> {
-        if name.trim().is_empty() {
-            self.diagnostics.error(span, "a file name must stand here");
-            return None;
-        }
-        let search = self.searches > 0;
-        match self.files.resolve(name, folders, search) {
-            Ok(path) => Some(path),
-            Err(missing) => {
-                self.searches = self.searches.saturating_sub(1);
-                let error = self.diagnostics.error(span, format!("there is no file `{name}`"));
-                if let Some(near) = missing.near {
-                    error.help(format!("did you mean `{}`?", near.display()));
-                }
-                error.help(searched(&missing.folders));
-                None
-            }
-        }
+        self.files.find(name, span, folders, &mut self.searches, &mut self.diagnostics)
     }
-}
-
-fn searched(folders: &[PathBuf]) -> String {
-    let names = folders
-        .iter()
-        .map(|f| if f.as_os_str().is_empty() { "the working folder".to_owned() } else { format!("`{}`", f.display()) });
-    format!("looked in {}", names.collect::<Vec<_>>().join(", "))
 }

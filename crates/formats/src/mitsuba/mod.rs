@@ -20,6 +20,9 @@ mod text;
 mod transform;
 mod values;
 
+pub(crate) use text::shortened;
+
+use crate::assets::Wanted;
 use crate::files::Files;
 use crate::xml::{self, Document, ElementId};
 use attributes::Attributes;
@@ -84,7 +87,7 @@ pub(crate) fn read(path: &Path, text: String, files: Files) -> (Description, Dia
         diagnostics: Diagnostics::default(),
         parameters: Parameters::new(&files.options.defines),
         names: names::Names::default(),
-        wanted: assets::Wanted::default(),
+        wanted: Wanted::default(),
         chain: Vec::new(),
         included: 0,
         searches: MAX_SEARCHES,
@@ -108,7 +111,7 @@ struct Reader<'a> {
     diagnostics: Diagnostics,
     parameters: Parameters,
     names: names::Names,
-    wanted: assets::Wanted,
+    wanted: Wanted,
     /// The files that are being read, each included by the one before.
     chain: Vec<PathBuf>,
     /// How many files were included.
@@ -292,7 +295,7 @@ impl Reader<'_> {
     fn finish(mut self) -> (Description, Diagnostics) {
         self.resolve_references();
         self.fold_blackbodies();
-        self.load_assets();
+        self.wanted.load(self.files, &mut self.description, &mut self.diagnostics);
         if !self.broken {
             self.parameters.finish(&mut self.diagnostics);
         }

@@ -138,7 +138,7 @@ impl Text {
 }
 
 /// A word short enough for a message.
-pub(super) fn shortened(word: &str) -> String {
+pub(crate) fn shortened(word: &str) -> String {
     const LONGEST: usize = 60;
     if word.chars().count() <= LONGEST {
         return word.to_owned();

@@ -7,6 +7,7 @@
 //! | `ptracer` | `light-nee` |
 //! | `depth`, `aov` | `aov`, or the nested integrator with layers beside its picture |
 //! | `moment` | the nested integrator |
+//! | `path-nee`, `random-walk`, `bidirectional`, `metropolis`, `photon-map` | the same; `random-walk` is `path` |
 
 use super::Compiler;
 use crate::settings::Integrator;
@@ -14,16 +15,21 @@ use etendue_description::{Dialect, Kind, NodeId, Params, nearest};
 
 const MODELS: &[&str] = &[
     "aov",
+    "bidirectional",
     "depth",
     "direct",
     "direct_projective",
+    "metropolis",
     "moment",
     "path",
+    "path-nee",
+    "photon-map",
     "prb",
     "prb_basic",
     "prb_projective",
     "prbvolpath",
     "ptracer",
+    "random-walk",
     "volpath",
     "volpathmis",
 ];
@@ -65,6 +71,11 @@ impl<'a> Compiler<'a> {
             "path" | "prb" | "prb_basic" | "prb_projective" => self.path(&mut params, "path-mis", true),
             "volpath" | "volpathmis" | "prbvolpath" => self.path(&mut params, "path-mis", false),
             "ptracer" => self.path(&mut params, "light-nee", true),
+            "path-nee" => self.path(&mut params, "path-nee", false),
+            "random-walk" => self.path(&mut params, "path", false),
+            "bidirectional" => self.path(&mut params, "bidirectional", false),
+            "metropolis" => self.path(&mut params, "metropolis", false),
+            "photon-map" => self.path(&mut params, "photon-map", false),
             "direct" | "direct_projective" => self.direct(&mut params),
             "depth" => {
                 let aovs = vec![("depth".to_owned(), "depth".to_owned())];

@@ -3,14 +3,14 @@
 use super::Compiler;
 use crate::ids::SurfaceId;
 use crate::shape::{Cylinder, Disk, Mesh, SdfGrid, Shape, Sphere, Surface, load};
-use etendue_description::{Kind, NodeId, Params, Span, Value};
+use etendue_description::{Dialect, Kind, NodeId, Params, Span, Value};
 use etendue_numerics::Transform;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 
 /// What is rendered.
 const MODELS: &[&str] =
-    &["cube", "cylinder", "disk", "instance", "merge", "obj", "ply", "rectangle", "sdfgrid", "serialized", "shapegroup", "sphere"];
+    &["cube", "cylinder", "disk", "instance", "merge", "obj", "ply", "rectangle", "sdfgrid", "serialized", "shapegroup", "sphere", "trianglemesh"];
 
 /// What Mitsuba knows and étendue refuses, with the reason.
 const REFUSED: &[(&str, &str)] = &[
@@ -211,7 +211,14 @@ impl<'a> Compiler<'a> {
     fn mesh_file(&mut self, params: &mut Params<'a>, to_world: &Transform) -> Option<Shape> {
         // The reader has seen to these.
         params.ignore(&["flip_tex_coords", "shape_index"]);
-        let face_normals = params.bool(self.diagnostics, "face_normals", false);
+        // In pbrt, faces without vertex normals are flat.
+        let pbrt = self.description.dialect == Dialect::Pbrt;
+        let without = |p: &Params| match p.node.params.iter().find(|q| q.name.value == "filename").map(|q| &q.value.value) {
+            Some(Value::Mesh(i)) => self.description.assets.meshes[*i as usize].normals.is_empty(),
+            _ => false,
+        };
+        let flat = pbrt && without(params);
+        let face_normals = params.bool(self.diagnostics, "face_normals", flat);
         let param = self.asset_param(params)?;
         let Value::Mesh(index) = param else {
             let text = format!("`filename` of `{}` is no mesh", params.node.model.value);
@@ -222,13 +229,15 @@ impl<'a> Compiler<'a> {
         if data.indices.is_empty() {
             self.diagnostics.warning(params.span_of("filename"), format!("{} has no triangles", data.path.display()));
         }
-        let mesh = Mesh::new(data, to_world, face_normals);
+        let mut mesh = Mesh::new(data, to_world, face_normals);
+        // Its front is that of the winding in its own coordinates.
+        mesh.flip_normals = flat && to_world.flips();
         self.finished(params, mesh)
     }
 
     /// A mesh in its place: normals turned where asked, places checked.
     fn finished(&mut self, params: &mut Params<'a>, mut mesh: Mesh) -> Option<Shape> {
-        mesh.flip_normals = params.bool(self.diagnostics, "flip_normals", false);
+        mesh.flip_normals ^= params.bool(self.diagnostics, "flip_normals", false);
         if mesh.positions.iter().all(|p| p.is_finite()) {
             return Some(mesh.into());
         }
@@ -246,7 +255,13 @@ impl<'a> Compiler<'a> {
 
     /// A medium is refused, once for a file.
     pub(super) fn refuse_medium(&mut self, span: Span) {
-        if !std::mem::replace(&mut self.shapes.medium_refused, true) {
+        if std::mem::replace(&mut self.shapes.medium_refused, true) {
+            return;
+        }
+        if self.description.dialect == Dialect::Pbrt {
+            let text = "participating media cannot be rendered yet: the scene is rendered as if they were not there";
+            self.diagnostics.warning(span, text);
+        } else {
             self.diagnostics.error(span, "participating media cannot be rendered yet");
         }
     }

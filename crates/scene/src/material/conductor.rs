@@ -1,6 +1,7 @@
 //! `conductor`, `roughconductor`: metals.
 //!
 //! Parameters: `material` (a metal's name; default `none`, η = 0 and k = 1, which reflects all) or `eta` and `k` over the exterior's index;
+//! or `reflectance` r at normal incidence, which stands for η = 1 and k = 2 √(r/(1 - r));
 //! `specular_reflectance` (default 1, the physical value); the rough one also those of [`Roughness`].
 
 use super::{Roughness, Single, Site};
@@ -9,6 +10,7 @@ use etendue_bsdf::{
     Event, Lobe,
     lobes::{self, ConductorParams, RoughConductorParams},
 };
+use etendue_numerics::Spectrum;
 
 /// A polished metal.
 #[derive(Clone, Debug)]
@@ -17,18 +19,26 @@ pub struct Conductor {
     pub eta: ColorSlot,
     /// k, imaginary part of the index.
     pub k: ColorSlot,
+    /// r in place of both.
+    pub reflectance: Option<ColorSlot>,
     /// Factor on what is reflected.
     pub specular_reflectance: ColorSlot,
 }
 
 impl Conductor {
-    fn params(&self, at: &Site) -> ConductorParams {
-        ConductorParams {
-            eta: at.color(&self.eta),
-            k: at.color(&self.k),
-            specular_reflectance: at.color(&self.specular_reflectance),
-        }
+    pub(super) fn params(&self, at: &Site) -> ConductorParams {
+        let (eta, k) = match &self.reflectance {
+            Some(r) => (Spectrum::ONE, extinction(at.color(r))),
+            None => (at.color(&self.eta), at.color(&self.k)),
+        };
+        ConductorParams { eta, k, specular_reflectance: at.color(&self.specular_reflectance) }
     }
+}
+
+/// k of a metal with η = 1 that reflects `r` at normal incidence: r = k²/(4 + k²).
+fn extinction(r: Spectrum) -> Spectrum {
+    let r = r.clamp(0.0, 0.9999);
+    2.0 * (r / (Spectrum::ONE - r)).sqrt()
 }
 
 impl Single for Conductor {
@@ -57,7 +67,7 @@ impl Single for RoughConductor {
 
     fn lobe(&self, at: &Site) -> Lobe {
         let r = &self.roughness;
-        let [alpha_u, alpha_v] = r.alpha.map(|a| at.scalar(&a));
+        let [alpha_u, alpha_v] = r.at(at);
         let conductor = self.metal.params(at);
         let sample_visible = r.sample_visible;
         lobes::RoughConductor::new(RoughConductorParams { conductor, ndf: r.ndf, alpha_u, alpha_v, sample_visible }).into()

@@ -83,7 +83,7 @@ impl Single for RoughDielectric {
 
     fn lobe(&self, at: &Site) -> Lobe {
         let r = &self.roughness;
-        let [alpha_u, alpha_v] = r.alpha.map(|a| at.scalar(&a));
+        let [alpha_u, alpha_v] = r.at(at);
         let dielectric = self.interface.params(at);
         let sample_visible = r.sample_visible;
         lobes::RoughDielectric::new(RoughDielectricParams { dielectric, ndf: r.ndf, alpha_u, alpha_v, sample_visible }).into()

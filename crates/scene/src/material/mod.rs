@@ -14,9 +14,11 @@
 //! | [`Material::lobes`] | the most lobes that it makes, at most [`Bsdf::MAX_LOBES`] |
 
 mod blend;
+mod coated;
 mod conductor;
 mod dielectric;
 mod diffuse;
+mod diffuse_transmission;
 mod mask;
 mod null;
 mod perturbed;
@@ -27,9 +29,11 @@ mod roughness;
 mod two_sided;
 
 pub use blend::Blend;
+pub use coated::CoatedDiffuse;
 pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::{Dielectric, RoughDielectric, ThinDielectric};
 pub use diffuse::Diffuse;
+pub use diffuse_transmission::DiffuseTransmission;
 pub use mask::Mask;
 pub use null::Null;
 pub use perturbed::{BumpMap, NormalMap, NormalOptions};
@@ -192,6 +196,10 @@ materials! {
     PrincipledThin,
     /// Diffuse and a cosine power around the mirror direction.
     Phong,
+    /// A diffuse ground under a layer.
+    CoatedDiffuse,
+    /// Diffuse to both sides.
+    DiffuseTransmission,
     /// Nothing there.
     Null,
     /// Opaque in parts.

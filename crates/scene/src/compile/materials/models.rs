@@ -2,7 +2,7 @@
 
 use super::Compiler;
 use crate::material::{
-    Conductor, Dielectric, Material, Phong, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic,
+    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Material, Phong, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic,
     Roughness,
 };
 use crate::texture::{Color, ColorSlot, ScalarSlot};
@@ -134,7 +134,17 @@ impl<'a> Compiler<'a> {
     }
 
     pub(super) fn roughness(&mut self, p: &mut Params<'a>) -> Roughness {
-        let ndf = self.distribution(p);
+        let mut ndf = self.distribution(p);
+        if p.choice(self.diagnostics, "masking", &["separable", "correlated"]) == 1 {
+            match ndf {
+                Ndf::Beckmann => {
+                    let text = "`masking` is `correlated` for `ggx` only";
+                    self.diagnostics.error(p.span_of("masking"), text).help("add `distribution` with the value `ggx`");
+                }
+                Ndf::Ggx | Ndf::GgxCorrelated => ndf = Ndf::GgxCorrelated,
+            }
+        }
+        let remap = p.bool(self.diagnostics, "remap_roughness", false);
         let sample_visible = p.bool(self.diagnostics, "sample_visible", true);
         let (both, axes) = (p.has("alpha"), ["alpha_u", "alpha_v"].map(|name| p.has(name)));
         let alpha = self.scalar(p, "alpha", 0.1, NOT_NEGATIVE);
@@ -144,12 +154,17 @@ impl<'a> Compiler<'a> {
             let name = if axes[0] { "alpha_u" } else { "alpha_v" };
             self.diagnostics.error(p.span_of(name), "give either `alpha`, or both `alpha_u` and `alpha_v`");
         }
-        Roughness { ndf, alpha, sample_visible }
+        Roughness { ndf, alpha, sample_visible, remap }
     }
 
     pub(super) fn metal(&mut self, p: &mut Params<'a>) -> Conductor {
         let specular_reflectance = self.reflectance(p, "specular_reflectance", 1.0);
         let given = p.has("eta") || p.has("k");
+        let reflectance = p.has("reflectance").then(|| self.reflectance(p, "reflectance", 1.0));
+        if reflectance.is_some() && (given || p.has("material")) {
+            let text = "give either `reflectance`, or `material`, or `eta` and `k`";
+            self.diagnostics.error(p.span_of("reflectance"), text);
+        }
         let (mut eta, mut k) = (self.unbounded(p, "eta", 0.0), self.unbounded(p, "k", 1.0));
         if let Some(name) = p.string_opt(self.diagnostics, "material") {
             let span = p.span_of("material");
@@ -164,7 +179,7 @@ impl<'a> Compiler<'a> {
                 self.diagnostics.error(span, format!("unknown metal `{name}`")).suggest(name, known);
             }
         }
-        Conductor { eta, k, specular_reflectance }
+        Conductor { eta, k, reflectance, specular_reflectance }
     }
 
     pub(super) fn plastic(&mut self, p: &mut Params<'a>) -> Plastic {
@@ -178,7 +193,7 @@ impl<'a> Compiler<'a> {
 
     pub(super) fn rough_plastic(&mut self, p: &mut Params<'a>) -> Material {
         let plastic = self.plastic(p);
-        let Roughness { ndf, alpha: [u, v], sample_visible } = self.roughness(p);
+        let Roughness { ndf, alpha: [u, v], sample_visible, .. } = self.roughness(p);
         let alpha = match (u, v) {
             (ScalarSlot::Constant(u), ScalarSlot::Constant(v)) if u == v => u,
             (ScalarSlot::Constant(_), ScalarSlot::Constant(_)) => {
@@ -244,6 +259,30 @@ impl<'a> Compiler<'a> {
                 "diffuse_transmittance_sampling_rate",
             ]
             .map(|name| self.rate(p, name)),
+        }
+        .into()
+    }
+
+    pub(super) fn coated_diffuse(&mut self, p: &mut Params<'a>) -> Material {
+        let reflectance = self.reflectance(p, "reflectance", 0.5);
+        let eta = self.eta(p, 1.5);
+        let alpha = ["alpha_u", "alpha_v"].map(|name| self.scalar(p, name, 0.0, NOT_NEGATIVE));
+        let thickness = p.float(self.diagnostics, "thickness", 0.01, 0.0..=1e3) as f32;
+        let depth = p.integer(self.diagnostics, "max_depth", 10, 1..=1000) as u32;
+        p.ignore(&["samples", "g", "albedo", "remap_roughness"]);
+        let alpha = match alpha {
+            [ScalarSlot::Constant(u), ScalarSlot::Constant(v)] => (u.max(v) >= 1e-3).then(|| (u * v).sqrt().max(1e-4)),
+            _ => None,
+        };
+        CoatedDiffuse::new(reflectance, lobes::CoatedDiffuseParams { eta, alpha, thickness, bounces: depth.div_ceil(2), ..Default::default() })
+            .into()
+    }
+
+    pub(super) fn diffuse_transmission(&mut self, p: &mut Params<'a>) -> Material {
+        DiffuseTransmission {
+            reflectance: self.reflectance(p, "reflectance", 0.25),
+            transmittance: self.reflectance(p, "transmittance", 0.25),
+            scale: p.float(self.diagnostics, "scale", 1.0, 0.0..=1e6) as f32,
         }
         .into()
     }
