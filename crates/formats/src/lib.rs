@@ -90,7 +90,9 @@ fn check_ending(path: &Path, diagnostics: &mut Diagnostics) -> bool {
     match ending.as_str() {
         "xml" | "pbrt" => return true,
         "gltf" | "glb" => {
-            diagnostics.error(None, format!("`{shown}`: glTF scenes are not read yet")).help("Mitsuba 3 scenes (.xml) and pbrt-v4 scenes (.pbrt) are");
+            diagnostics
+                .error(None, format!("`{shown}`: glTF scenes are not read yet"))
+                .help("Mitsuba 3 scenes (.xml) and pbrt-v4 scenes (.pbrt) are");
         }
         "obj" | "ply" | "serialized" => {
             diagnostics.error(None, format!("`{shown}` is a mesh without a scene around it")).help(format!(
@@ -98,7 +100,9 @@ fn check_ending(path: &Path, diagnostics: &mut Diagnostics) -> bool {
             ));
         }
         "" => {
-            diagnostics.error(None, format!("`{shown}` has no ending to tell its format by")).help("Mitsuba 3 scenes end in .xml, pbrt-v4 scenes in .pbrt");
+            diagnostics
+                .error(None, format!("`{shown}` has no ending to tell its format by"))
+                .help("Mitsuba 3 scenes end in .xml, pbrt-v4 scenes in .pbrt");
         }
         _ => {
             diagnostics

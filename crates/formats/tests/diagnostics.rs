@@ -292,7 +292,10 @@ fn files_that_are_no_scenes() {
         lines(&read(&path(name), &ReadOptions::default())).join("\n").replace(&format!("{}", folder.path().display()), "T")
     };
     assert_eq!(said("rom.xml"), "error: `T/rom.xml` cannot be read: there is no such file | did you mean `T/room.xml`?");
-    assert_eq!(said("a.pbrt"), "error: `T/a.pbrt`: pbrt scenes are not read yet | Mitsuba 3 scenes (.xml) are");
+    assert_eq!(
+        said("a.gltf"),
+        "error: `T/a.gltf`: glTF scenes are not read yet | Mitsuba 3 scenes (.xml) and pbrt-v4 scenes (.pbrt) are"
+    );
     assert!(
         said("a.ply")
             .starts_with("error: `T/a.ply` is a mesh without a scene around it | name it in a scene: <shape type=\"ply\">")

@@ -175,7 +175,7 @@ impl Scene {
     /// What textures may know of x.
     #[inline]
     pub fn texture_context<'a>(&'a self, x: &Interaction) -> TextureContext<'a> {
-        TextureContext { scene: self, uv: x.uv, surface: x.surface, primitive: x.primitive, bary: x.bary }
+        TextureContext { scene: self, uv: x.uv, surface: x.surface, primitive: x.primitive, bary: x.bary, p: x.p, n: x.shading.n }
     }
 
     /// The surface of an id.

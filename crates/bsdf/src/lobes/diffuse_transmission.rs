@@ -63,11 +63,8 @@ impl Scatter for DiffuseTransmission {
         let local = cosine_sample(u2)?;
         let cosine = cosine_pdf(local);
         let up = wo.z > 0.0;
-        let (albedo, p, above, event) = if u1 < q {
-            (self.reflectance, q, up, Event::REFLECT)
-        } else {
-            (self.transmittance, 1.0 - q, !up, Event::TRANSMIT)
-        };
+        let (albedo, p, above, event) =
+            if u1 < q { (self.reflectance, q, up, Event::REFLECT) } else { (self.transmittance, 1.0 - q, !up, Event::TRANSMIT) };
         let wi = if above { local } else { Vec3::new(local.x, local.y, -local.z) };
         weighted(wi, albedo / p, cosine * p, 1.0, event | Event::DIFFUSE)
     }

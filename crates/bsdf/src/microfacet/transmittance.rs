@@ -97,7 +97,12 @@ fn reflected<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu: 
     })
 }
 
-pub(super) fn over_visible<const N: usize>(surface: &Microfacets, rule: &[(f64, f64); N], mu: f64, g: impl Fn(Vec3, Vec3) -> f32) -> f64 {
+pub(super) fn over_visible<const N: usize>(
+    surface: &Microfacets,
+    rule: &[(f64, f64); N],
+    mu: f64,
+    g: impl Fn(Vec3, Vec3) -> f32,
+) -> f64 {
     let mu = mu as f32;
     let wo = Vec3::new(safe_sqrt(1.0 - mu * mu), 0.0, mu);
     let row =

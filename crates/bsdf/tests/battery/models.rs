@@ -213,7 +213,11 @@ fn coated() -> Vec<Row> {
         coated("coated white", white, Energy::AtLeast(0.995)),
         coated("coated white, rough", CoatedDiffuseParams { alpha: Some(0.1), ..white }, Energy::AtLeast(0.95)),
         coated("coated diffuse, rough", CoatedDiffuseParams { alpha: Some(0.3), ..d }, Energy::AtLeast(0.2)),
-        coated("coated black, sharp", CoatedDiffuseParams { reflectance: Spectrum::ZERO, alpha: Some(0.01), ..d }, Energy::AtLeast(0.01)),
+        coated(
+            "coated black, sharp",
+            CoatedDiffuseParams { reflectance: Spectrum::ZERO, alpha: Some(0.01), ..d },
+            Energy::AtLeast(0.01),
+        ),
         Row::new("diffuse transmission", sheet(Spectrum::rgb(0.3, 0.2, 0.1), Spectrum::rgb(0.2, 0.5, 0.3)), Energy::AtLeast(0.3)),
         Row::new("diffuse transmission, white", sheet(Spectrum::splat(0.25), Spectrum::splat(0.75)), Energy::Kept),
         Row::new("diffuse transmission, one way", sheet(Spectrum::ZERO, Spectrum::splat(0.5)), Energy::AtLeast(0.49)),

@@ -20,8 +20,7 @@ const CAMERAS: [&str; 3] = ["perspective", "orthographic", "spherical"];
 const FILMS: [&str; 3] = ["rgb", "gbuffer", "spectral"];
 const FILTERS: [&str; 5] = ["box", "gaussian", "mitchell", "sinc", "triangle"];
 const SAMPLERS: [&str; 6] = ["halton", "independent", "paddedsobol", "sobol", "stratified", "zsobol"];
-const INTEGRATORS: [&str; 9] =
-    ["volpath", "path", "simplevolpath", "simplepath", "randomwalk", "lightpath", "bdpt", "mlt", "sppm"];
+const INTEGRATORS: [&str; 9] = ["volpath", "path", "simplevolpath", "simplepath", "randomwalk", "lightpath", "bdpt", "mlt", "sppm"];
 
 /// The directives before `WorldBegin`, kept until it comes.
 #[derive(Debug, Default)]
@@ -72,7 +71,8 @@ impl Reader<'_> {
         let (camera_name, mut camera, ctm) =
             setup.camera.unwrap_or(("perspective".to_owned(), empty("camera `perspective`"), [DMat4::IDENTITY; 2]));
 
-        let shutter = camera.float(&mut self.diagnostics, "shutterclose", 1.0) - camera.float(&mut self.diagnostics, "shutteropen", 0.0);
+        let shutter =
+            camera.float(&mut self.diagnostics, "shutterclose", 1.0) - camera.float(&mut self.diagnostics, "shutteropen", 0.0);
         if shutter <= 0.0 {
             self.diagnostics.error(camera.span_of("shutterclose"), "the shutter closes before it opens");
         } else {
@@ -207,10 +207,21 @@ impl Reader<'_> {
             d.warning(list.span_of("maxcomponentvalue"), "`maxcomponentvalue` is not applied: samples are not cut off");
         }
         // Read before, or for lenses and files alone.
-        list.ignore(&["iso", "diagonal", "filename", "savefp16", "lambdamin", "lambdamax", "nbuckets", "coordinatesystem", "buckets"]);
+        list.ignore(&[
+            "iso",
+            "diagonal",
+            "filename",
+            "savefp16",
+            "lambdamin",
+            "lambdamax",
+            "nbuckets",
+            "coordinatesystem",
+            "buckets",
+        ]);
         list.finish(d);
         params.extend(filter.map(|id| child(id, span)));
-        let layers = if name == "gbuffer" { "albedo:albedo,position:position,depth:depth,n:geo_normal,ns:sh_normal,uv:uv" } else { "" };
+        let layers =
+            if name == "gbuffer" { "albedo:albedo,position:position,depth:depth,n:geo_normal,ns:sh_normal,uv:uv" } else { "" };
         (self.node(Kind::Film, "hdrfilm", span, params), size.map(|n| n as f64), layers.to_owned())
     }
 
@@ -252,7 +263,10 @@ impl Reader<'_> {
                 params.push(param("fov", Value::Float(2.0 * tan.atan().to_degrees()), list.span_of("fov")));
                 params.push(param("fov_axis", Value::String("x".to_owned()), span));
                 // The picture's middle lies where the axis does not; o = -middle / width, x to the left.
-                for (axis, o) in [("principal_point_offset_x", 0.5 * middle[0] / half[0]), ("principal_point_offset_y", -0.5 * middle[1] / half[1])] {
+                for (axis, o) in [
+                    ("principal_point_offset_x", 0.5 * middle[0] / half[0]),
+                    ("principal_point_offset_y", -0.5 * middle[1] / half[1]),
+                ] {
                     if o != 0.0 {
                         params.push(param(axis, Value::Float(o), list.span_of("screenwindow")));
                     }

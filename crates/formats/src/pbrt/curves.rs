@@ -66,7 +66,8 @@ pub(super) fn curve(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
             let across = n.cross(tangents[i]).normalize_or(tangents[i].any_orthonormal_vector());
             for side in [-1.0, 1.0] {
                 mesh.positions.push((points[i] + across * (side * half_width(i))).as_vec3());
-                mesh.normals.push(tangents[i].cross(across).as_vec3() * if tangents[i].cross(across).dot(n) < 0.0 { -1.0 } else { 1.0 });
+                mesh.normals
+                    .push(tangents[i].cross(across).as_vec3() * if tangents[i].cross(across).dot(n) < 0.0 { -1.0 } else { 1.0 });
                 mesh.uvs.push(Vec2::new(i as f32 / steps as f32, if side < 0.0 { 0.0 } else { 1.0 }));
             }
         }

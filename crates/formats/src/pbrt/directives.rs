@@ -149,9 +149,8 @@ impl Reader<'_> {
             "Identity" => self.set_transform(DMat4::IDENTITY),
             "Translate" => self.step(t, source, span, |[x, y, z]| Some(DMat4::from_translation(DVec3::new(x, y, z)))),
             "Scale" => self.step(t, source, span, |[x, y, z]| Some(DMat4::from_scale(DVec3::new(x, y, z)))),
-            "Rotate" => self.step(t, source, span, |[angle, x, y, z]| {
-                Some(rotation(DVec3::new(x, y, z).try_normalize()?, angle.to_radians()))
-            }),
+            "Rotate" => self
+                .step(t, source, span, |[angle, x, y, z]| Some(rotation(DVec3::new(x, y, z).try_normalize()?, angle.to_radians()))),
             "LookAt" => self.step(t, source, span, |n: [f64; 9]| {
                 let at = |i: usize| DVec3::new(n[i], n[i + 1], n[i + 2]);
                 look_at(at(0), at(3), at(6))
@@ -214,7 +213,7 @@ impl Reader<'_> {
             "Texture" => self.texture(t, source, span),
             "MakeNamedMaterial" | "MakeNamedMedium" => {
                 let Some((name, at)) = self.quoted(t, source, span, "a name") else { return };
-                let entries = self.entries(t, source);
+                let Some(entries) = self.entries(t, source) else { return };
                 let target = if word == "MakeNamedMaterial" { 2 } else { 3 };
                 let list = List::new(format!("{} `{name}`", TARGETS[target]), at, entries, &self.state.defaults[target]);
                 if target == 2 { self.make_named_material(name, at, list) } else { self.make_named_medium(name, at, list) }
@@ -222,7 +221,7 @@ impl Reader<'_> {
             "Shape" | "LightSource" | "AreaLightSource" | "Material" | "Camera" | "Film" | "PixelFilter" | "Sampler"
             | "Integrator" => {
                 let Some((name, at)) = self.quoted(t, source, span, "the name of a model in quotes") else { return };
-                let entries = self.entries(t, source);
+                let Some(entries) = self.entries(t, source) else { return };
                 self.model(word, name, at, entries);
             }
             _ => {
@@ -327,9 +326,10 @@ impl Reader<'_> {
         numbers
     }
 
-    /// Parameters, as many as follow.
-    pub(super) fn entries(&mut self, t: &mut Tokens, source: SourceId) -> Vec<Entry> {
+    /// Parameters, as many as follow; `None` where the values of one could not be read, which is told and is enough about their owner.
+    pub(super) fn entries(&mut self, t: &mut Tokens, source: SourceId) -> Option<Vec<Entry>> {
         let mut entries: Vec<Entry> = Vec::new();
+        let mut sound = true;
         loop {
             let declaration = match t.peek() {
                 Ok(Token::Quoted(r)) => {
@@ -339,9 +339,9 @@ impl Reader<'_> {
                 Err(mistake) => {
                     let _ = t.next();
                     self.stray(source, mistake);
-                    return entries;
+                    return None;
                 }
-                Ok(_) => return entries,
+                Ok(_) => return sound.then_some(entries),
             };
             let declared = self.span(source, declaration.clone());
             let text = &t.text[declaration];
@@ -365,7 +365,9 @@ impl Reader<'_> {
                 },
                 _ => {
                     let text = format!("\"{}\" declares no parameter", shortened(text));
-                    self.diagnostics.error(declared, text).help("a parameter is declared by \"type name\", such as \"float radius\"");
+                    self.diagnostics
+                        .error(declared, text)
+                        .help("a parameter is declared by \"type name\", such as \"float radius\"");
                     None
                 }
             };
@@ -390,6 +392,7 @@ impl Reader<'_> {
                 }
                 Err(mistake) => {
                     // The rest of this list is lost, and the directive goes on behind it.
+                    sound = false;
                     if kind.is_some() {
                         self.broken = true;
                         let span = self.span(source, mistake.range);
@@ -399,7 +402,7 @@ impl Reader<'_> {
                         skip_list(t);
                     }
                     if self.mistakes >= MAX_MISTAKES {
-                        return entries;
+                        return None;
                     }
                 }
             }
@@ -408,13 +411,7 @@ impl Reader<'_> {
 
     // ---- transforms
 
-    fn step<const N: usize>(
-        &mut self,
-        t: &mut Tokens,
-        source: SourceId,
-        span: Span,
-        make: impl Fn([f64; N]) -> Option<DMat4>,
-    ) {
+    fn step<const N: usize>(&mut self, t: &mut Tokens, source: SourceId, span: Span, make: impl Fn([f64; N]) -> Option<DMat4>) {
         let Some(numbers) = self.numbers::<N>(t, source, span) else { return };
         match make(numbers).filter(|m| Transform::new(*m).is_some()) {
             Some(m) => self.state.apply(m),
@@ -514,7 +511,7 @@ impl Reader<'_> {
 
     fn attribute(&mut self, t: &mut Tokens, source: SourceId, span: Span) {
         let Some((target, at)) = self.quoted(t, source, span, "what the defaults are for") else { return };
-        let entries = self.entries(t, source);
+        let Some(entries) = self.entries(t, source) else { return };
         let Some(i) = TARGETS.iter().position(|name| *name == target) else {
             self.diagnostics
                 .error(at, format!("`Attribute` knows no `{target}`"))
@@ -612,12 +609,13 @@ impl Reader<'_> {
     }
 
     fn option(&mut self, t: &mut Tokens, source: SourceId) {
-        for entry in self.entries(t, source) {
+        for entry in self.entries(t, source).unwrap_or_default() {
             // pbrt drops capitals and underscores.
             let name: String = entry.name.chars().filter(|c| *c != '_').collect::<String>().to_lowercase();
             if !OPTIONS.contains(&name.as_str()) {
                 self.diagnostics.error(entry.declared, format!("unknown option `{}`", entry.name)).suggest(&name, OPTIONS);
-            } else if name == "forcediffuse" && matches!(&entry.values, super::values::Values::Bools(v) if v.first() == Some(&true)) {
+            } else if name == "forcediffuse" && matches!(&entry.values, super::values::Values::Bools(v) if v.first() == Some(&true))
+            {
                 self.diagnostics.warning(entry.declared, "`forcediffuse` is not obeyed: materials stay what they are");
             }
         }
@@ -649,7 +647,9 @@ fn skip_list(t: &mut Tokens) -> bool {
                 return true;
             }
             Ok(Token::Word(r)) if DIRECTIVES.contains(&&t.text[r.clone()]) => return false,
-            Ok(Token::Quoted(r)) if t.text[r.clone()].split_ascii_whitespace().next().and_then(Type::named).is_some() => return true,
+            Ok(Token::Quoted(r)) if t.text[r.clone()].split_ascii_whitespace().next().and_then(Type::named).is_some() => {
+                return true;
+            }
             _ => drop(t.next()),
         }
     }

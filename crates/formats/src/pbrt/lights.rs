@@ -134,7 +134,7 @@ impl Reader<'_> {
             // The picture's pole is the light's y.
             param("to_world", Value::Transform(Box::new(swapped(to_world))), span),
         ];
-        params.extend(power.map(|power| param("power", Value::Float(power * self.imaging), list.span_of("power"))));
+        params.extend(power.map(|power| param("power", Value::Float(power), list.span_of("power"))));
         self.top(Kind::Emitter, "goniometric", span, params);
     }
 
@@ -154,10 +154,8 @@ impl Reader<'_> {
             return;
         };
         let span = list.span;
-        let texture = vec![
-            param("filename", Value::Path(path), at),
-            param("filter_type", Value::String("nearest".to_owned()), span),
-        ];
+        let texture =
+            vec![param("filename", Value::Path(path), at), param("filter_type", Value::String("nearest".to_owned()), span)];
         let texture = self.node(Kind::Texture, "bitmap", span, texture);
         // pbrt's picture has its first row on the side of y.
         let pose = to_world.matrix() * DMat4::from_scale(DVec3::new(-1.0, 1.0, 1.0));
@@ -170,7 +168,7 @@ impl Reader<'_> {
             param("falloff", Value::String("none".to_owned()), span),
             param("to_world", Value::Transform(Box::new(pose)), span),
         ];
-        params.extend(power.map(|power| param("power", Value::Float(power * self.imaging), list.span_of("power"))));
+        params.extend(power.map(|power| param("power", Value::Float(power), list.span_of("power"))));
         self.top(Kind::Emitter, "projector", span, params);
     }
 
@@ -204,7 +202,7 @@ impl Reader<'_> {
             param("scale", Value::Float(scale), list.span_of("scale")),
             param("to_world", Value::Transform(Box::new(*to_world)), span),
         ];
-        let e = illuminance.map(|e| param("illuminance", Value::Float(e * self.imaging), list.span_of("illuminance")));
+        let e = illuminance.map(|e| param("illuminance", Value::Float(e), list.span_of("illuminance")));
         params.extend(e);
         self.top(Kind::Emitter, "envmap", span, params);
     }
@@ -248,8 +246,8 @@ impl Reader<'_> {
             params.push(param("two_sided", Value::Bool(true), list.span_of("twosided")));
         }
         if let Some(power) = power {
-            // pbrt gives each of a mesh's triangles the whole of it; the light's own scale multiplies that.
-            params.push(param("power", Value::Float(power * scale), list.span_of("power")));
+            // pbrt gives each of a mesh's triangles the whole of it; the light's own scale and colour multiply that.
+            params.push(param("power", Value::Float(power), list.span_of("power")));
         }
         list.finish(&mut self.diagnostics);
         Some(self.node(Kind::Emitter, "area", span, params))
@@ -305,7 +303,13 @@ impl Reader<'_> {
         let (names, span) = &*media;
         let sides = ["interior", "exterior"].into_iter().zip(names).filter(|(_, name)| !name.is_empty());
         let sides: Vec<_> = sides.map(|(side, name)| (side, self.named(Named::Medium, name, *span))).collect();
-        sides.into_iter().map(|(side, node)| etendue_description::Param { name: param(side, Value::Bool(true), *span).name, ..child(node, *span) }).collect()
+        sides
+            .into_iter()
+            .map(|(side, node)| etendue_description::Param {
+                name: param(side, Value::Bool(true), *span).name,
+                ..child(node, *span)
+            })
+            .collect()
     }
 }
 

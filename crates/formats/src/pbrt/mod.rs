@@ -218,9 +218,7 @@ impl Reader<'_> {
     fn finish(mut self, source: SourceId) -> (Description, Diagnostics) {
         while let Some(scope) = self.scopes.pop() {
             let word = scope.kind.begin();
-            self.diagnostics
-                .error(scope.span, format!("`{word}` is never closed"))
-                .help(format!("add `{}`", scope.kind.end()));
+            self.diagnostics.error(scope.span, format!("`{word}` is never closed")).help(format!("add `{}`", scope.kind.end()));
         }
         if !self.world && !self.broken {
             let end = self.description.sources.text(source).len();

@@ -11,8 +11,7 @@ use etendue_description::{Kind, MeshData, NodeId, Param, Span, Value};
 use etendue_numerics::Transform;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 
-const SHAPES: [&str; 8] =
-    ["bilinearmesh", "curve", "cylinder", "disk", "loopsubdiv", "plymesh", "sphere", "trianglemesh"];
+const SHAPES: [&str; 8] = ["bilinearmesh", "curve", "cylinder", "disk", "loopsubdiv", "plymesh", "sphere", "trianglemesh"];
 
 const REFUSED: [(&str, &str); 5] = [
     ("cone", "pbrt-v4 has no such shape"),
@@ -227,10 +226,7 @@ impl Reader<'_> {
                     let (u, v) = (f64::from(i) / f64::from(n), f64::from(j) / f64::from(n));
                     let w = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
                     let point: DVec3 = (0..4).map(|k| p[k] * w[k]).sum();
-                    let (du, dv) = (
-                        (p[1] - p[0]) * (1.0 - v) + (p[3] - p[2]) * v,
-                        (p[2] - p[0]) * (1.0 - u) + (p[3] - p[1]) * u,
-                    );
+                    let (du, dv) = ((p[1] - p[0]) * (1.0 - v) + (p[3] - p[2]) * v, (p[2] - p[0]) * (1.0 - u) + (p[3] - p[1]) * u);
                     mesh.positions.push(point.as_vec3());
                     let normal = if normals.is_empty() {
                         du.cross(dv).as_vec3()
@@ -272,4 +268,3 @@ pub(super) fn keeps_round(to_world: &Transform) -> bool {
 pub(super) fn raised(scale: DVec3, z: f64) -> Option<Transform> {
     Transform::new(DMat4::from_translation(DVec3::Z * z) * DMat4::from_scale(scale))
 }
-

@@ -13,7 +13,7 @@
 
 use super::values::{Entry, List, Type, Values};
 use super::{Named, Reader};
-use etendue_description::{Span, SpectrumValue, Spanned, Value};
+use etendue_description::{Span, Spanned, SpectrumValue, Value};
 use etendue_numerics::spectrum::{SampledSpectrum, cie, ior};
 use glam::{DMat3, DVec3};
 

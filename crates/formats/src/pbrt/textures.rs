@@ -52,7 +52,7 @@ impl Reader<'_> {
         let Some((name, at)) = self.quoted(t, source, span, "the texture's name") else { return };
         let Some((kind, kind_at)) = self.quoted(t, source, span, "the texture's type, \"float\" or \"spectrum\"") else { return };
         let Some((model, place)) = self.quoted(t, source, span, "the texture's model") else { return };
-        let entries = self.entries(t, source);
+        let Some(entries) = self.entries(t, source) else { return };
         let named = match kind.as_str() {
             "float" => Named::FloatTexture,
             "spectrum" => Named::SpectrumTexture,
@@ -153,7 +153,8 @@ impl Reader<'_> {
         let mut params = Vec::new();
         let wrap = list.choice(&mut self.diagnostics, "wrap", &["repeat", "black", "clamp", "octahedralsphere"]);
         if wrap == "octahedralsphere" {
-            self.diagnostics.error(list.span_of("wrap"), "`octahedralsphere` is for lights: an `imagemap` repeats, clamps or is black");
+            self.diagnostics
+                .error(list.span_of("wrap"), "`octahedralsphere` is for lights: an `imagemap` repeats, clamps or is black");
         }
         params.push(param("wrap_mode", Value::String(wrap.to_owned()), list.span_of("wrap")));
         let filter = list.choice(&mut self.diagnostics, "filter", &["bilinear", "point", "trilinear", "ewa", "EWA"]);

@@ -311,13 +311,7 @@ impl List {
         }
     }
 
-    pub fn integer(
-        &mut self,
-        d: &mut Diagnostics,
-        name: &'static str,
-        default: i64,
-        range: std::ops::RangeInclusive<i64>,
-    ) -> i64 {
+    pub fn integer(&mut self, d: &mut Diagnostics, name: &'static str, default: i64, range: std::ops::RangeInclusive<i64>) -> i64 {
         let x = self.integer_opt(d, name).unwrap_or(default);
         if range.contains(&x) {
             return x;

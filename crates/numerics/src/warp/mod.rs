@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | unit disk | concentric [Shirley, Chiu 1997] | 1/π per area |
 //! | hemisphere, sphere | concentric disk lifted to height 1 - r²; Archimedes | 1/2π, 1/4π per sr |
+//! | sphere, as a picture | unfolded octahedron [Clarberg 2008] | 1/4π per sr |
 //! | cosine hemisphere | concentric disk lifted to the hemisphere [Malley 1988] | cosθ/π per sr |
 //! | cone | as the hemisphere, flattened | 1/(2π(1 - cosθ_max)) per sr |
 //! | triangle | fold of the square [Heitz 2019] | 1/area |
@@ -17,12 +18,14 @@
 //! Densities at points outside the set are for the caller to zero, but for those with a cosine, which is clamped.
 
 mod disk;
+mod equal_area;
 mod rectangle;
 mod sphere;
 mod tent;
 mod triangle;
 
 pub use disk::{disk_pdf, disk_to_square, square_to_disk};
+pub use equal_area::{equal_area_sphere_to_square, square_to_equal_area_sphere};
 pub use rectangle::SphericalRectangle;
 pub use sphere::{
     cone_pdf, cone_to_square, cosine_hemisphere_pdf, cosine_hemisphere_to_square, disk_to_cosine_hemisphere, hemisphere_pdf,

@@ -2,7 +2,9 @@
 
 use super::Compiler;
 use super::sensors::Scales;
-use crate::emitter::{Area, Constant, Directional, DirectionalArea, Emitter, Environment, Model, Point, Projector, Spot};
+use crate::emitter::{
+    Area, Constant, Directional, DirectionalArea, Emitter, Environment, Goniometric, Model, Octahedral, Point, Projector, Spot,
+};
 use crate::ids::{EmitterId, SurfaceId};
 use crate::texture::{Color, ColorSlot, Role, Texels, Texture};
 use etendue_description::{Dialect, NodeId, Params};
@@ -11,7 +13,7 @@ use std::sync::Arc;
 
 /// Lights that are a surface's, and those that stand alone.
 const ON_SURFACES: &[&str] = &["area", "directionalarea"];
-const ALONE: &[&str] = &["point", "spot", "directional", "envmap", "constant", "projector"];
+const ALONE: &[&str] = &["point", "spot", "directional", "envmap", "constant", "projector", "goniometric"];
 
 const SKY: &str = "skies cannot be rendered yet; an `envmap` of a sky can";
 
@@ -46,7 +48,7 @@ impl<'a> Compiler<'a> {
 
         let sampling_weight = params.float(self.diagnostics, "sampling_weight", 1.0, 0.0..=1e6) as f32;
         let model = match (model, surface) {
-            ("area", Some(surface)) => Some(Area { surface, radiance: self.emission(&mut params, "radiance", 1.0) }.into()),
+            ("area", Some(surface)) => Some(self.area(&mut params, surface).into()),
             ("directionalarea", Some(surface)) => {
                 Some(DirectionalArea { surface, radiance: self.emission(&mut params, "radiance", 1.0) }.into())
             }
@@ -54,7 +56,8 @@ impl<'a> Compiler<'a> {
             ("spot", _) => self.spot(&mut params).map(Model::from),
             ("directional", _) => self.directional(&mut params).map(Model::from),
             ("constant", _) => Some(Constant { radiance: self.even_emission(&mut params, "radiance") }.into()),
-            ("envmap", _) => self.environment(&mut params).map(Model::from),
+            ("envmap", _) => self.environment(&mut params),
+            ("goniometric", _) => self.goniometric(&mut params).map(Model::from),
             _ => self.projector(&mut params).map(Model::from),
         };
         params.finish(self.diagnostics);
@@ -80,6 +83,49 @@ impl<'a> Compiler<'a> {
         }
     }
 
+    fn area(&mut self, params: &mut Params<'a>, surface: SurfaceId) -> Area {
+        let radiance = self.emission(params, "radiance", 1.0);
+        let mut scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
+        let two_sided = params.bool(self.diagnostics, "two_sided", false);
+        if params.has("power") {
+            let power = params.float(self.diagnostics, "power", 0.0, 0.0..=1e30);
+            // Of a mesh each triangle has the power, evenly over all of them. A constant colour multiplies it.
+            let shape = &self.surfaces.get(surface).shape;
+            let pieces = shape.mesh().map_or(1, |mesh| mesh.indices.len().max(1)) as f64;
+            let luminance = match radiance {
+                ColorSlot::Constant(_) => 1.0,
+                ColorSlot::Texture(id) => match &self.textures[id.index()] {
+                    Texture::Bitmap(bitmap) => bitmap.texels.mean().luminance(),
+                    _ => 1.0,
+                },
+            };
+            let sides = if two_sided { 2.0 } else { 1.0 };
+            let unit = f64::from(luminance) * sides * std::f64::consts::PI * shape.area();
+            scale *= if unit > 0.0 { (power * pieces / unit) as f32 } else { 0.0 };
+        }
+        // A constant needs no factor.
+        match radiance {
+            ColorSlot::Constant(color) => {
+                Area { surface, radiance: ColorSlot::Constant(color.scaled(scale)), scale: 1.0, two_sided }
+            }
+            ColorSlot::Texture(_) => Area { surface, radiance, scale, two_sided },
+        }
+    }
+
+    fn goniometric(&mut self, params: &mut Params<'a>) -> Option<Goniometric> {
+        let intensity = self.even_emission(params, "intensity");
+        let power = params.float_opt(self.diagnostics, "power");
+        let pose = self.pose(params, Scales::TakeOut);
+        let texels = self.picture(params)?;
+        let (p, axes) = pose?;
+        let lamp = Goniometric::new(p, axes, intensity, 1.0, &texels);
+        let unit = 4.0 * std::f64::consts::PI * lamp.mean();
+        Some(match power {
+            Some(power) if unit > 0.0 => Goniometric::new(p, axes, intensity, (power / unit) as f32, &texels),
+            _ => lamp,
+        })
+    }
+
     fn point(&mut self, params: &mut Params<'a>) -> Point {
         let intensity = self.even_emission(params, "intensity");
         let to_world = params.transform(self.diagnostics, "to_world");
@@ -93,10 +139,12 @@ impl<'a> Compiler<'a> {
         let intensity = self.even_emission(params, "intensity");
         let cutoff = params.float(self.diagnostics, "cutoff_angle", 20.0, 1e-3..=180.0);
         let beam = params.float(self.diagnostics, "beam_width", 0.75 * cutoff, 0.0..=180.0);
+        let smooth = params.choice(self.diagnostics, "falloff", &["linear", "smooth"]) == 1;
         let texture = params.has("texture").then(|| self.unbounded(params, "texture", 1.0));
         self.needs_no_surface(params, "texture", texture.as_ref());
         let (p, axes) = self.pose(params, Scales::TakeOut)?;
-        Some(Spot::new(p, axes, intensity, cutoff.to_radians() as f32, beam.to_radians() as f32, texture))
+        let spot = Spot::new(p, axes, intensity, cutoff.to_radians() as f32, beam.to_radians() as f32, texture);
+        Some(if smooth { spot.smooth() } else { spot })
     }
 
     fn directional(&mut self, params: &mut Params<'a>) -> Option<Directional> {
@@ -112,13 +160,35 @@ impl<'a> Compiler<'a> {
         direction.map(|direction| Directional { direction, irradiance })
     }
 
-    fn environment(&mut self, params: &mut Params<'a>) -> Option<Environment> {
+    fn environment(&mut self, params: &mut Params<'a>) -> Option<Model> {
         let scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
+        let equal_area = params.choice(self.diagnostics, "mapping", &["polar", "equal_area"]) == 1;
+        let illuminance = if equal_area { params.float_opt(self.diagnostics, "illuminance") } else { None };
         // Light that the sampler takes away from the table is a matter of noise alone.
         params.ignore(&["mis_compensation"]);
         let pose = self.pose(params, Scales::TakeOut);
+        let texels = self.picture(params)?;
+        let (_, axes) = pose?;
+        if !equal_area {
+            let mitsuba = self.description.dialect == Dialect::Mitsuba;
+            return Some(Environment::new(Arc::new(texels), scale, axes).with_hue_apart(mitsuba).into());
+        }
+        if texels.width() != texels.height() {
+            let text = format!("this picture has {} x {} pixels: the sphere unfolded is a square", texels.width(), texels.height());
+            self.diagnostics.error(params.span_of("filename"), text);
+            return None;
+        }
+        let factor = match illuminance {
+            Some(e) => e / Octahedral::illuminance(&texels).max(f64::MIN_POSITIVE),
+            None => 1.0,
+        };
+        Some(Octahedral::new(Arc::new(texels), (f64::from(scale) * factor) as f32, axes).into())
+    }
+
+    /// The picture `filename`.
+    fn picture(&mut self, params: &mut Params<'a>) -> Option<Texels> {
         if !params.has("filename") {
-            self.diagnostics.error(params.span(), "`envmap` needs a `filename`");
+            self.diagnostics.error(params.span(), format!("`{}` needs a `filename`", params.node.model.value));
         }
         let path = params.path_opt(self.diagnostics, "filename")?;
         let span = params.span_of("filename");
@@ -138,13 +208,13 @@ impl<'a> Compiler<'a> {
             let text = format!("{} numbers of this picture are not finite; they are taken as 0", texels.mended);
             self.diagnostics.warning(span, text);
         }
-        let (_, axes) = pose?;
-        let mitsuba = self.description.dialect == Dialect::Mitsuba;
-        Some(Environment::new(Arc::new(texels), scale, axes).with_hue_apart(mitsuba))
+        Some(texels)
     }
 
     fn projector(&mut self, params: &mut Params<'a>) -> Option<Projector> {
         let scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
+        let plain = params.choice(self.diagnostics, "falloff", &["even", "none"]) == 1;
+        let power = if plain { params.float_opt(self.diagnostics, "power") } else { None };
         let irradiance = self.emission(params, "irradiance", 1.0);
         self.needs_no_surface(params, "irradiance", Some(&irradiance));
         let aspect = match &irradiance {
@@ -156,7 +226,32 @@ impl<'a> Compiler<'a> {
         };
         let tan = self.tan_half_fov(params, aspect);
         let (p, axes): (Vec3, Frame) = self.pose(params, Scales::TakeOut)?;
-        Some(Projector::new(p, axes, Vec2::new(tan as f32, (tan / aspect) as f32), irradiance, scale))
+        let half = Vec2::new(tan as f32, (tan / aspect) as f32);
+        if !plain {
+            return Some(Projector::new(p, axes, half, irradiance, scale));
+        }
+        let scale = power.map_or(scale, |power| {
+            let unit = match irradiance {
+                ColorSlot::Texture(id) => self.flux_of_picture(&self.textures[id.index()], half),
+                ColorSlot::Constant(_) => 0.0,
+            };
+            if unit > 0.0 { (f64::from(scale) * power / unit) as f32 } else { 0.0 }
+        });
+        Some(Projector::new(p, axes, half, irradiance, scale).plain())
+    }
+
+    /// ∫ Y dw of a picture that is thrown into a pyramid of these half sizes at distance 1.
+    fn flux_of_picture(&self, texture: &Texture, half: Vec2) -> f64 {
+        let Texture::Bitmap(bitmap) = texture else { return 0.0 };
+        let (w, h) = (bitmap.texels.width(), bitmap.texels.height());
+        let cell = 4.0 * f64::from(half.x * half.y) / (w * h) as f64;
+        let mut sum = 0.0;
+        for i in 0..w * h {
+            let uv = Vec2::new((i % w) as f32 + 0.5, (i / w) as f32 + 0.5) / Vec2::new(w as f32, h as f32);
+            let cos = 1.0 / ((Vec2::ONE - 2.0 * uv) * half).extend(1.0).length();
+            sum += f64::from(bitmap.texels.texel(i % w, i / w).luminance() * cos * cos * cos) * cell;
+        }
+        sum
     }
 
     /// Two parameters of which one may be given.
@@ -179,6 +274,7 @@ impl<'a> Compiler<'a> {
         let ColorSlot::Texture(id) = slot else { return false };
         match &self.textures[id.index()] {
             Texture::MeshAttribute(_) => true,
+            Texture::Mapped(_) | Texture::DirectionMix(_) | Texture::Noise(_) | Texture::Marble(_) => true,
             Texture::Checkerboard(board) => board.color.iter().any(|c| self.looks_at_surfaces(c)),
             _ => false,
         }

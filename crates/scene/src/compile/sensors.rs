@@ -6,13 +6,13 @@ mod pose;
 pub(super) use pose::Scales;
 
 use super::Compiler;
-use crate::sensor::{Orthographic, Perspective, Projection, Sensor, ThinLens};
+use crate::sensor::{Orthographic, Perspective, Projection, Sensor, Spherical, ThinLens};
 use crate::settings::{FilmSettings, SamplerSettings, View};
 use etendue_description::{Kind, NodeId, Params};
 use etendue_numerics::kernel::Kernel;
 use etendue_numerics::{Bounds3, Frame, SequenceKind, Vec2, Vec3};
 
-const MODELS: &[&str] = &["perspective", "thinlens", "orthographic"];
+const MODELS: &[&str] = &["perspective", "thinlens", "orthographic", "spherical"];
 
 const REFUSED: &[(&str, &str)] = &[
     ("batch", "several cameras in one cannot be rendered; give each as a sensor of its own"),
@@ -54,6 +54,11 @@ impl<'a> Compiler<'a> {
                     self.diagnostics.error(params.span_of("to_world"), text);
                 }
                 camera.map(Sensor::from)
+            }
+            "spherical" => {
+                let equirectangular = params.choice(self.diagnostics, "mapping", &["equalarea", "equirectangular"]) == 1;
+                let (p, axes) = self.pose(params, Scales::Tell)?;
+                Some(Spherical { p, axes, size: pixels, equirectangular }.into())
             }
             model => {
                 let projection = self.projection(params, pixels, clip)?;

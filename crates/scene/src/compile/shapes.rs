@@ -9,8 +9,21 @@ use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 
 /// What is rendered.
-const MODELS: &[&str] =
-    &["cube", "cylinder", "disk", "instance", "merge", "obj", "ply", "rectangle", "sdfgrid", "serialized", "shapegroup", "sphere", "trianglemesh"];
+const MODELS: &[&str] = &[
+    "cube",
+    "cylinder",
+    "disk",
+    "instance",
+    "merge",
+    "obj",
+    "ply",
+    "rectangle",
+    "sdfgrid",
+    "serialized",
+    "shapegroup",
+    "sphere",
+    "trianglemesh",
+];
 
 /// What Mitsuba knows and étendue refuses, with the reason.
 const REFUSED: &[(&str, &str)] = &[

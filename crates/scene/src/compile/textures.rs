@@ -3,15 +3,37 @@
 use super::Compiler;
 use super::spectra::{CONSTANT_MODELS, ConstantSpectrum};
 use crate::ids::TextureId;
-use crate::texture::{Bitmap, Checkerboard, FilterMode, MeshAttribute, Role, Texels, Texture, UvMap, WrapMode};
+use crate::texture::{
+    Adjusted, Bilerp, Bitmap, Chart, Checkerboard, DirectionMix, Dots, FilterMode, Mapped, Mapping, Marble, MeshAttribute, Mix,
+    Noise, Product, Role, Space, Texels, Texture, Turbulence, UvMap, WrapMode,
+};
 use etendue_description::{Description, Dialect, Kind, Node, NodeId, Param, Params, Value};
+use etendue_numerics::Vec3;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Texture models that are rendered, besides the constant ones.
-const MODELS: &[&str] = &["bitmap", "checkerboard", "mesh_attribute"];
+const MODELS: &[&str] = &[
+    "bitmap",
+    "checkerboard",
+    "mesh_attribute",
+    "product",
+    "mix",
+    "directionmix",
+    "adjusted",
+    "mapped",
+    "bilerp",
+    "dots",
+    "fbm",
+    "wrinkled",
+    "windy",
+    "marble",
+];
+
+/// Any number.
+const ANY: std::ops::RangeInclusive<f32> = f32::MIN..=f32::MAX;
 
 /// Models that Mitsuba knows and that are refused here, with what to do instead.
 const REFUSED: &[(&str, &str)] = &[("volume", "textures over space cannot be rendered yet; use a `bitmap` over the surface")];
@@ -83,10 +105,53 @@ impl<'a> Compiler<'a> {
             "bitmap" => self.bitmap(&mut params, role).map(Texture::Bitmap),
             "checkerboard" => Some(Texture::Checkerboard(Checkerboard {
                 color: [("color0", 0.4), ("color1", 0.2)].map(|(name, default)| self.colour_slot(&mut params, name, default, role)),
-                to_uv: UvMap::from(&params.transform(self.diagnostics, "to_uv")),
+                mapping: self.mapping(&mut params),
                 scalar_swaps: self.description.dialect == Dialect::Mitsuba,
             })),
             "mesh_attribute" => self.mesh_attribute(&mut params, role).map(Texture::MeshAttribute),
+            "product" => Some(Texture::Product(Product {
+                a: self.colour_slot(&mut params, "a", 1.0, role),
+                b: self.scalar(&mut params, "b", 1.0, ANY),
+            })),
+            "mix" => Some(Texture::Mix(Mix {
+                parts: [("a", 0.0), ("b", 1.0)].map(|(name, default)| self.colour_slot(&mut params, name, default, role)),
+                amount: self.scalar(&mut params, "amount", 0.5, 0.0..=1.0),
+            })),
+            "directionmix" => Some(Texture::DirectionMix(DirectionMix {
+                parts: [("a", 0.0), ("b", 1.0)].map(|(name, default)| self.colour_slot(&mut params, name, default, role)),
+                direction: self.vector(&mut params, "direction", Vec3::Y).normalize_or(Vec3::Y),
+            })),
+            "adjusted" => self.inner_texture(&mut params, role).map(|texture| {
+                Texture::Adjusted(Adjusted {
+                    texture,
+                    scale: params.float(self.diagnostics, "scale", 1.0, -1e30..=1e30) as f32,
+                    invert: params.bool(self.diagnostics, "invert", false),
+                })
+            }),
+            "mapped" => {
+                let mapping = self.mapping(&mut params);
+                self.inner_texture(&mut params, role).map(|texture| Texture::Mapped(Mapped { texture, mapping }))
+            }
+            "bilerp" => Some(Texture::Bilerp(Bilerp {
+                corners: [("v00", 0.0), ("v01", 1.0), ("v10", 0.0), ("v11", 1.0)]
+                    .map(|(name, default)| self.colour_slot(&mut params, name, default, role)),
+                mapping: self.mapping(&mut params),
+            })),
+            "dots" => Some(Texture::Dots(Dots {
+                parts: [("inside", 1.0), ("outside", 0.0)]
+                    .map(|(name, default)| self.colour_slot(&mut params, name, default, role)),
+                mapping: self.mapping(&mut params),
+            })),
+            "fbm" => Some(Texture::Noise(self.noise(&mut params, Turbulence::Fbm))),
+            "wrinkled" => Some(Texture::Noise(self.noise(&mut params, Turbulence::Wrinkled))),
+            "windy" => Some(Texture::Noise(self.noise(&mut params, Turbulence::Windy))),
+            "marble" => Some(Texture::Marble(Marble {
+                octaves: params.integer(self.diagnostics, "octaves", 8, 1..=64) as u32,
+                roughness: params.float(self.diagnostics, "roughness", 0.5, 0.0..=1e3) as f32,
+                scale: params.float(self.diagnostics, "scale", 1.0, -1e9..=1e9) as f32,
+                variation: params.float(self.diagnostics, "variation", 0.2, -1e9..=1e9) as f32,
+                mapping: self.mapping(&mut params),
+            })),
             model if CONSTANT_MODELS.contains(&model) => {
                 return self.constant(id).and_then(|c| self.color(&c, role, params.span())).map(Texture::Color);
             }
@@ -97,6 +162,54 @@ impl<'a> Compiler<'a> {
         };
         params.finish(self.diagnostics);
         texture
+    }
+
+    /// The texture within another one.
+    fn inner_texture(&mut self, params: &mut Params<'a>, role: Role) -> Option<TextureId> {
+        let Some(Param { value: inner, .. }) = params.raw("texture") else {
+            let text = format!("`{}` needs a `texture`", params.node.model.value);
+            self.diagnostics.error(params.span(), text);
+            return None;
+        };
+        match inner.value {
+            Value::Node(id) if self.description.node(id).kind == Kind::Texture => self.texture(id, role),
+            _ => {
+                let text = format!("`texture` of `{}` is a {}", params.node.model.value, inner.value.type_name());
+                self.diagnostics.error(inner.span, text);
+                None
+            }
+        }
+    }
+
+    fn noise(&mut self, params: &mut Params<'a>, kind: Turbulence) -> Noise {
+        Noise {
+            kind,
+            octaves: params.integer(self.diagnostics, "octaves", 8, 1..=64) as u32,
+            roughness: params.float(self.diagnostics, "roughness", 0.5, 0.0..=1e3) as f32,
+            mapping: self.mapping(params),
+        }
+    }
+
+    fn vector(&mut self, params: &mut Params<'a>, name: &'static str, default: Vec3) -> Vec3 {
+        params.vector_opt(self.diagnostics, name).map_or(default, |v| v.as_vec3())
+    }
+
+    /// Where a texture is looked up: `to_uv`, or `mapping` with its own parameters.
+    fn mapping(&mut self, params: &mut Params<'a>) -> Mapping {
+        let chart = match params.choice(self.diagnostics, "mapping", &["uv", "spherical", "cylindrical", "planar", "solid"]) {
+            0 => return Mapping::Uv(UvMap::from(&params.transform(self.diagnostics, "to_uv"))),
+            1 => Chart::Spherical,
+            2 => Chart::Cylindrical,
+            3 => Chart::Planar,
+            _ => Chart::Solid,
+        };
+        Mapping::Space(Space {
+            chart,
+            from_world: params.transform(self.diagnostics, "from_world"),
+            repeat: params.float(self.diagnostics, "repeat", 1.0, -1e9..=1e9) as f32,
+            axes: [self.vector(params, "v1", Vec3::X), self.vector(params, "v2", Vec3::Y)],
+            shift: self.vector(params, "shift", Vec3::ZERO).truncate(),
+        })
     }
 
     fn refuse_texture(&mut self, params: &Params, model: &str) {
@@ -113,10 +226,11 @@ impl<'a> Compiler<'a> {
             0 => FilterMode::Bilinear,
             _ => FilterMode::Nearest,
         };
-        let wrap = match params.choice(self.diagnostics, "wrap_mode", &["repeat", "mirror", "clamp"]) {
+        let wrap = match params.choice(self.diagnostics, "wrap_mode", &["repeat", "mirror", "clamp", "black"]) {
             0 => WrapMode::Repeat,
             1 => WrapMode::Mirror,
-            _ => WrapMode::Clamp,
+            2 => WrapMode::Clamp,
+            _ => WrapMode::Black,
         };
         let raw = params.bool(self.diagnostics, "raw", false);
         let to_uv = UvMap::from(&params.transform(self.diagnostics, "to_uv"));

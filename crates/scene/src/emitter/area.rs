@@ -8,6 +8,9 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `radiance` | L, W/(m² sr); constant or textured | 1 |
+//! | `two_sided` | the back shines as well | false |
+//! | `scale` | a factor on L | 1 |
+//! | `power` | L is scaled so that where it is 1 the whole (of a mesh each triangle) has this flux, W; of a picture by its mean luminance | none |
 
 use super::{EmissionPdf, EmissionSample, Extent, Light, LightBounds, LightId, LightReference, LightSample, PositionPdf, scalar};
 use crate::ids::SurfaceId;
@@ -15,7 +18,7 @@ use crate::interaction::Interaction;
 use crate::scene::Scene;
 use crate::shape::{Geometry, Shape, SurfacePoint};
 use crate::texture::{ColorSlot, TextureContext};
-use etendue_numerics::math::{FRAC_1_PI, PI};
+use etendue_numerics::math::{FRAC_1_PI, ONE_MINUS_EPSILON, PI};
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::sequence::unit;
 use etendue_numerics::warp::{cosine_hemisphere_pdf, square_to_cosine_hemisphere};
@@ -28,12 +31,16 @@ pub struct Area {
     pub surface: SurfaceId,
     /// L, W/(m² sr).
     pub radiance: ColorSlot,
+    /// A factor on it.
+    pub scale: f32,
+    /// The back shines as well.
+    pub two_sided: bool,
 }
 
 /// A place on the surface, for its texture.
 #[inline]
 pub(super) fn texture_context<'a>(scene: &'a Scene, surface: SurfaceId, at: &SurfacePoint) -> TextureContext<'a> {
-    TextureContext { scene, uv: at.uv, surface, primitive: at.primitive, bary: at.bary }
+    TextureContext { scene, uv: at.uv, surface, primitive: at.primitive, bary: at.bary, p: at.p, n: at.ns }
 }
 
 /// The mean of a radiance over a primitive: of a texture by its values at a few points, more where there are few primitives.
@@ -54,6 +61,13 @@ pub(super) fn mean_radiance(scene: &Scene, surface: SurfaceId, radiance: &ColorS
 }
 
 impl Area {
+    /// L, whatever the side.
+    #[inline]
+    fn emitted(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        let radiance = self.radiance.eval(x, wl);
+        if self.scale == 1.0 { radiance } else { radiance * self.scale }
+    }
+
     #[inline]
     fn shape<'a>(&self, scene: &'a Scene) -> &'a Shape {
         &scene.surface(self.surface).shape
@@ -63,12 +77,13 @@ impl Area {
 impl Light for Area {
     #[inline]
     fn le(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Spectrum {
-        if x.n.dot(x.wo) > 0.0 { self.radiance.eval(&scene.texture_context(x), wl) } else { Spectrum::ZERO }
+        let shines = self.two_sided || x.n.dot(x.wo) > 0.0;
+        if shines { self.emitted(&scene.texture_context(x), wl) } else { Spectrum::ZERO }
     }
 
     #[inline]
     fn pdf(&self, scene: &Scene, from: &LightReference, id: LightId, x: &Interaction) -> f32 {
-        let front = x.n.dot(from.p - x.p) > 0.0;
+        let front = self.two_sided || x.n.dot(from.p - x.p) > 0.0;
         if front { self.shape(scene).pdf_direction(id.primitive, from.p, x) } else { 0.0 }
     }
 
@@ -78,37 +93,51 @@ impl Light for Area {
         let (at, pdf_w) = sample.as_ref()?;
         let d = from.p - at.p;
         let distance = d.length();
-        if at.n.dot(d) <= 0.0 || distance == 0.0 {
+        let behind = at.n.dot(d) <= 0.0;
+        if behind && !self.two_sided || distance == 0.0 {
             return None;
         }
         Some(LightSample {
             wi: -d / distance,
             p: offset_origin(at.p, at.p_error, at.n, d),
             distance,
-            le: self.radiance.eval(&texture_context(scene, self.surface, at), wl),
+            le: self.emitted(&texture_context(scene, self.surface, at), wl),
             pdf: Pdf::SolidAngle(*pdf_w),
             emitter: id.emitter,
             primitive: id.primitive,
-            n: at.n,
+            n: if behind { -at.n } else { at.n },
         })
     }
 
     fn pdf_emission(&self, scene: &Scene, id: LightId, x: &Interaction) -> EmissionPdf {
         EmissionPdf {
             position: PositionPdf::Area(1.0 / self.shape(scene).area_of(id.primitive)),
-            direction: Pdf::SolidAngle(cosine_hemisphere_pdf(x.n.dot(x.wo))),
+            direction: Pdf::SolidAngle(if self.two_sided {
+                0.5 * cosine_hemisphere_pdf(x.n.dot(x.wo).abs())
+            } else {
+                cosine_hemisphere_pdf(x.n.dot(x.wo))
+            }),
         }
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
         let at = self.shape(scene).sample_area(id.primitive, u);
+        // Of two sides the halves of u.x serve one each.
+        let (n, u_direction, share) = match (self.two_sided, u_direction.x < 0.5) {
+            (false, _) => (at.n, u_direction, 1.0),
+            (true, true) => (at.n, Vec2::new(2.0 * u_direction.x, u_direction.y), 0.5),
+            (true, false) => (-at.n, Vec2::new((2.0 * u_direction.x - 1.0).min(ONE_MINUS_EPSILON), u_direction.y), 0.5),
+        };
         let local = square_to_cosine_hemisphere(u_direction).normalize();
-        let d = Frame::from_normal(at.n).to_world(local);
+        let d = Frame::from_normal(n).to_world(local);
         Some(EmissionSample {
             ray: Ray::new(offset_origin(at.p, at.p_error, at.n, d), d),
-            n: at.n,
-            pdf: EmissionPdf { position: PositionPdf::Area(at.pdf_a), direction: Pdf::SolidAngle(cosine_hemisphere_pdf(local.z)) },
-            weight: self.radiance.eval(&texture_context(scene, self.surface, &at), wl) / (at.pdf_a * FRAC_1_PI),
+            n,
+            pdf: EmissionPdf {
+                position: PositionPdf::Area(at.pdf_a),
+                direction: Pdf::SolidAngle(share * cosine_hemisphere_pdf(local.z)),
+            },
+            weight: self.emitted(&texture_context(scene, self.surface, &at), wl) / (share * at.pdf_a * FRAC_1_PI),
             emitter: id.emitter,
             primitive: id.primitive,
         })
@@ -116,7 +145,8 @@ impl Light for Area {
 
     fn power_of(&self, scene: &Scene, primitive: u32) -> Spectrum {
         let area = self.shape(scene).area_of(primitive);
-        mean_radiance(scene, self.surface, &self.radiance, primitive) * (PI * area)
+        let sides = if self.two_sided { 2.0 } else { 1.0 };
+        mean_radiance(scene, self.surface, &self.radiance, primitive) * (PI * area * sides * self.scale)
     }
 
     fn primitive_count(&self, scene: &Scene) -> u32 {
@@ -126,7 +156,8 @@ impl Light for Area {
     fn extent(&self, scene: &Scene, primitive: u32) -> Extent {
         // A texture is seen at a few points only: half its overall mean keeps parts from being held to be dark that may not be.
         let here = scalar(mean_radiance(scene, self.surface, &self.radiance, primitive));
-        let brightness = 0.5 * (here + scalar(self.radiance.mean(scene)));
-        Extent::Bounded(LightBounds::of_surface(self.shape(scene), primitive, brightness))
+        let brightness = 0.5 * self.scale * (here + scalar(self.radiance.mean(scene)));
+        let bounds = LightBounds::of_surface(self.shape(scene), primitive, brightness);
+        Extent::Bounded(if self.two_sided { bounds.all_around() } else { bounds })
     }
 }

@@ -87,6 +87,11 @@ impl LightBounds {
         }
     }
 
+    /// The same place, shining to all sides.
+    pub fn all_around(&self) -> Self {
+        Self { cos_o: -1.0, even: self.intensity, ..*self }
+    }
+
     /// The same light, `factor` times as bright.
     pub fn scaled(&self, factor: f32) -> Self {
         Self { intensity: self.intensity * factor, even: self.even * factor, ..*self }

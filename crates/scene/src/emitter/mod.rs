@@ -18,8 +18,10 @@ mod directional;
 mod directional_area;
 mod envmap;
 mod extent;
+mod goniometric;
 mod lights;
 mod lone;
+mod octahedral;
 mod point;
 mod projector;
 mod record;
@@ -32,8 +34,10 @@ pub use directional::Directional;
 pub use directional_area::DirectionalArea;
 pub use envmap::Environment;
 pub use extent::{Extent, LightBounds};
+pub use goniometric::Goniometric;
 pub use lights::Lights;
 pub use lone::{Lone, LonePoint};
+pub use octahedral::Octahedral;
 pub use point::Point;
 pub use projector::Projector;
 pub use record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample, PositionPdf};
@@ -204,6 +208,10 @@ models! {
     Constant,
     /// A picture thrown from a point.
     Projector,
+    /// A square picture all around, areas kept.
+    Octahedral,
+    /// A point with a measured intensity.
+    Goniometric,
 }
 
 /// A light of the scene.
@@ -244,7 +252,7 @@ impl Emitter {
 
     /// Whether no ray can meet it: it is a point, or shines in single directions.
     pub fn is_delta(&self) -> bool {
-        !matches!(self.model, Model::Area(_) | Model::Environment(_) | Model::Constant(_))
+        !matches!(self.model, Model::Area(_) | Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_))
     }
 }
 

@@ -7,12 +7,16 @@
 //! Φ = π s · 4 tx ty · mean(t)
 //! ```
 //!
+//! With `falloff` `none` I = s t(u, v) within the picture, and Φ = s ∫ t dw.
+//!
 //! 1/cos³θ is what makes a constant picture fall evenly on a plane before the projector, where it gives the irradiance π s t / z².
 //!
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `irradiance` | the picture t; its width and height set the shape of the beam | 1 |
 //! | `scale` | s | 1 |
+//! | `falloff` | `even`: a constant picture falls evenly on a plane; `none`: it shines evenly into all directions | `even` |
+//! | `power` | s is scaled so that Φ is this, by luminance | none |
 //! | `fov`, `fov_axis`, or `focal_length` | field of view, as of a `perspective` sensor | `50mm` |
 //! | `to_world` | from the projector's coordinates, which it looks along +z of; scales are taken out | identity |
 
@@ -33,17 +37,30 @@ pub struct Projector {
     tan_half: Vec2,
     irradiance: ColorSlot,
     scale: f32,
+    /// I does not grow by 1/cos³θ.
+    plain: bool,
 }
 
 /// A texture's place where there is no surface.
 pub(super) fn on_no_surface(scene: &Scene, uv: Vec2) -> TextureContext<'_> {
-    TextureContext { scene, uv, surface: SurfaceId(u32::MAX), primitive: 0, bary: Vec2::ZERO }
+    TextureContext { scene, uv, surface: SurfaceId(u32::MAX), primitive: 0, bary: Vec2::ZERO, p: Vec3::ZERO, n: Vec3::ZERO }
 }
 
 impl Projector {
     /// A projector at `p` with the orthonormal `axes` (x, y, and n where it points); `tan_half` = (tx, ty) > 0.
     pub fn new(p: Vec3, axes: Frame, tan_half: Vec2, irradiance: ColorSlot, scale: f32) -> Self {
-        Self { p, axes, tan_half, irradiance, scale }
+        Self { p, axes, tan_half, irradiance, scale, plain: false }
+    }
+
+    /// The same without the factor π/cos³θ.
+    #[must_use]
+    pub fn plain(self) -> Self {
+        Self { plain: true, ..self }
+    }
+
+    /// What the picture is multiplied by into a direction at angle θ.
+    fn factor(&self, cos: f32) -> f32 {
+        if self.plain { self.scale } else { PI * self.scale / (cos * cos * cos) }
     }
 
     /// I, W/sr, into the unit direction `w`.
@@ -53,7 +70,20 @@ impl Projector {
         if local.z <= 0.0 || !(uv.cmpge(Vec2::ZERO).all() && uv.cmple(Vec2::ONE).all()) {
             return Spectrum::ZERO;
         }
-        self.irradiance.eval(&on_no_surface(scene, uv), wl) * (PI * self.scale / (local.z * local.z * local.z))
+        self.irradiance.eval(&on_no_surface(scene, uv), wl) * self.factor(local.z)
+    }
+
+    /// ∫ t dw of a plain one, by the middles of a grid's cells.
+    fn flux(&self, scene: &Scene) -> Spectrum {
+        const SIDE: usize = 128;
+        let cell = self.image_area() / (SIDE * SIDE) as f32;
+        (0..SIDE * SIDE)
+            .map(|i| {
+                let uv = Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32;
+                let cos = 1.0 / ((Vec2::ONE - 2.0 * uv) * self.tan_half).extend(1.0).length();
+                self.irradiance.eval(&on_no_surface(scene, uv), &Wavelengths::Rgb) * (cell * cos * cos * cos)
+            })
+            .sum()
     }
 
     /// The picture's area at distance 1.
@@ -88,20 +118,23 @@ impl Light for Projector {
             ray: Ray::new(self.p, self.axes.to_world(local)),
             n: Vec3::ZERO,
             pdf: EmissionPdf { position: PositionPdf::Delta(1.0), direction: Pdf::SolidAngle(pdf_w) },
-            weight: picture * (PI * self.scale * self.image_area()),
+            weight: picture * (self.factor(local.z) / pdf_w),
             emitter: id.emitter,
             primitive: id.primitive,
         })
     }
 
     fn power_of(&self, scene: &Scene, _: u32) -> Spectrum {
+        if self.plain {
+            return self.flux(scene) * self.scale;
+        }
         self.irradiance.mean(scene) * (PI * self.scale * self.image_area())
     }
 
     fn extent(&self, scene: &Scene, _: u32) -> Extent {
         // Brightest towards the corners, by 1/cos³θ.
         let cos = 1.0 / self.tan_half.extend(1.0).length();
-        let brightest = PI * self.scale * scalar(self.irradiance.mean(scene)) / (cos * cos * cos);
+        let brightest = self.factor(cos) * scalar(self.irradiance.mean(scene));
         // Rounding must not cut the corners off.
         let cos_e = cos * (1.0 - 1e-5) - 1e-6;
         Extent::Bounded(LightBounds { axis: self.axes.n, cos_o: 1.0, cos_e, ..LightBounds::of_point(self.p, brightest) })

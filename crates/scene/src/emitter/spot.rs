@@ -8,11 +8,14 @@
 //! Φ = 2π I (1 - (sinθc - sinθb)/(θc - θb))     where t = 1
 //! ```
 //!
+//! With the smooth falloff, between θb and θc: x² (3 - 2x), x = (cosθ - cosθc)/(cosθb - cosθc); then Φ = 2π I (1 - (cosθb + cosθc)/2).
+//!
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `intensity` | I on the axis, W/sr | 1 |
 //! | `cutoff_angle` | θc, degrees | 20 |
 //! | `beam_width` | θb, degrees | 3/4 of the cutoff angle |
+//! | `falloff` | `linear` in the angle, or `smooth` | `linear` |
 //! | `texture` | t, unitless, over the cone | 1 |
 //! | `to_world` | from the light's coordinates, which it looks along +z of; scales are taken out | identity |
 
@@ -34,12 +37,19 @@ pub struct Spot {
     texture: Option<ColorSlot>,
     cutoff: f32,
     beam: f32,
+    smooth: bool,
 }
 
 impl Spot {
     /// A spot at `p` with the orthonormal `axes` (x, y, and n where it points), angles in radians, 0 < cutoff ≤ π.
     pub fn new(p: Vec3, axes: Frame, intensity: Color, cutoff: f32, beam: f32, texture: Option<ColorSlot>) -> Self {
-        Self { p, axes, intensity, texture, cutoff, beam: beam.clamp(0.0, cutoff) }
+        Self { p, axes, intensity, texture, cutoff, beam: beam.clamp(0.0, cutoff), smooth: false }
+    }
+
+    /// The same with the smooth falloff.
+    #[must_use]
+    pub fn smooth(self) -> Self {
+        Self { smooth: true, ..self }
     }
 
     /// I(θ), W/sr, into the unit direction `w`.
@@ -60,6 +70,9 @@ impl Spot {
         let theta = safe_acos(cos);
         if theta <= self.beam {
             1.0
+        } else if theta < self.cutoff && self.smooth {
+            let x = (cos - self.cutoff.cos()) / (self.beam.cos() - self.cutoff.cos());
+            (x * x * (3.0 - 2.0 * x)).clamp(0.0, 1.0)
         } else if theta < self.cutoff {
             (self.cutoff - theta) / (self.cutoff - self.beam)
         } else {
@@ -109,6 +122,9 @@ impl Light for Spot {
     /// Of a textured spot by the texture's mean: not exact, since the texture does not spread evenly over angles.
     fn power_of(&self, scene: &Scene, _: u32) -> Spectrum {
         let (c, b) = (f64::from(self.cutoff), f64::from(self.beam));
+        if self.smooth {
+            return self.mean_intensity(scene) * (TAU * (1.0 - 0.5 * (c.cos() + b.cos())) as f32);
+        }
         let slope = if c - b > 1e-6 { (c.sin() - b.sin()) / (c - b) } else { c.cos() };
         self.mean_intensity(scene) * (TAU * (1.0 - slope) as f32)
     }

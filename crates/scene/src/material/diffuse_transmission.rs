@@ -25,7 +25,8 @@ impl Single for DiffuseTransmission {
     }
 
     fn lobe(&self, at: &Site) -> Lobe {
-        let [reflectance, transmittance] = [&self.reflectance, &self.transmittance].map(|c| at.color(c).clamp(0.0, 1.0) * self.scale);
+        let [reflectance, transmittance] =
+            [&self.reflectance, &self.transmittance].map(|c| at.color(c).clamp(0.0, 1.0) * self.scale);
         lobes::DiffuseTransmission::new(DiffuseTransmissionParams { reflectance, transmittance }).into()
     }
 }

@@ -63,7 +63,8 @@ pub struct BumpMap {
 impl BumpMap {
     /// The bent normal in the site's frame.
     fn normal(&self, at: &Site) -> Vec3 {
-        let g = self.scale * at.textures.scene.textures[self.height.index()].eval_gradient(&at.textures);
+        let height = &at.textures.scene.textures[self.height.index()];
+        let g = self.scale * height.slope(&at.textures, [at.x.dp_du, at.x.dp_dv]);
         let n = at.frame.n;
         let bent = |dp: Vec3, slope: f32| dp + n * (slope - n.dot(dp));
         let m = bent(at.x.dp_du, g.x).cross(bent(at.x.dp_dv, g.y));

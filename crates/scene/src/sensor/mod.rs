@@ -21,11 +21,13 @@
 mod orthographic;
 mod perspective;
 mod projection;
+mod spherical;
 mod thin_lens;
 
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
 pub use projection::Projection;
+pub use spherical::Spherical;
 pub use thin_lens::ThinLens;
 
 use crate::emitter::PositionPdf;
@@ -177,4 +179,6 @@ sensors! {
     ThinLens,
     /// Parallel rays.
     Orthographic,
+    /// All directions.
+    Spherical,
 }

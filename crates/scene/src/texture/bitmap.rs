@@ -34,6 +34,8 @@ pub enum WrapMode {
     Mirror,
     /// The border.
     Clamp,
+    /// Nothing.
+    Black,
 }
 
 /// A picture with the way of looking it up.
@@ -89,7 +91,7 @@ impl WrapMode {
                 let t = u - 2.0 * floor(0.5 * u);
                 if t > 1.0 { (2.0 - t, -1.0) } else { (t, 1.0) }
             }
-            Self::Clamp => (u.clamp(0.0, 1.0), if (0.0..=1.0).contains(&u) { 1.0 } else { 0.0 }),
+            Self::Clamp | Self::Black => (u.clamp(0.0, 1.0), if (0.0..=1.0).contains(&u) { 1.0 } else { 0.0 }),
         }
     }
 
@@ -101,7 +103,7 @@ impl WrapMode {
         let (last, i) = (size as i32 - 1, x as i32 - i32::from(x < 0.0));
         let (first, second) = match self {
             Self::Repeat => (if i < 0 { last } else { i.min(last) }, if i >= last { 0 } else { i + 1 }),
-            Self::Mirror | Self::Clamp => (i.clamp(0, last), (i + 1).min(last)),
+            Self::Mirror | Self::Clamp | Self::Black => (i.clamp(0, last), (i + 1).min(last)),
         };
         Span { first: first as usize, second: second as usize, fraction: x - i as f32, slope: sign * size as f32 }
     }
@@ -119,6 +121,9 @@ impl Bitmap {
     fn lookup(&self, uv: Vec2) -> Spectrum {
         let t = &*self.texels;
         let uv = self.finite(uv);
+        if self.wrap == WrapMode::Black && uv.clamp(Vec2::ZERO, Vec2::ONE) != uv {
+            return Spectrum::ZERO;
+        }
         match self.filter {
             FilterMode::Nearest => t.texel(self.wrap.nearest(uv.x, t.width()), self.wrap.nearest(uv.y, t.height())),
             FilterMode::Bilinear => {

@@ -8,10 +8,10 @@
 //! Read as one number instead of a colour (a roughness, a weight), Mitsuba 3 takes the two values the other way round, and its scenes are
 //! made with that: `scalar_swaps`.
 //!
-//! A period of 1 in u' and v' holds two squares each way. Defaults: `color0` 0.4, `color1` 0.2.
+//! A period of 1 in u' and v' holds two squares each way. A `solid` mapping alternates in z as well. Defaults: `color0` 0.4, `color1` 0.2.
 
 use crate::scene::Scene;
-use crate::texture::{ColorSlot, TextureContext, UvMap};
+use crate::texture::{ColorSlot, Mapping, TextureContext};
 use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 
 /// The parameters of a checkerboard.
@@ -19,8 +19,8 @@ use etendue_numerics::{Spectrum, Vec2, Wavelengths};
 pub struct Checkerboard {
     /// Values of the squares; the first holds (u', v') = (0, 0).
     pub color: [ColorSlot; 2],
-    /// From (u, v) to (u', v').
-    pub to_uv: UvMap,
+    /// Where it is looked up: (u', v').
+    pub mapping: Mapping,
     /// Whether the values change places where one number is asked for.
     pub scalar_swaps: bool,
 }
@@ -28,21 +28,24 @@ pub struct Checkerboard {
 impl Checkerboard {
     /// Which of the two values lies at `uv`.
     #[inline]
-    fn square(&self, uv: Vec2) -> usize {
-        let high = self.to_uv.apply(uv).map(|x| x - x.floor()).cmpgt(Vec2::splat(0.5));
-        usize::from(high.x != high.y)
+    fn square(&self, x: &TextureContext) -> usize {
+        if self.mapping.is_solid() {
+            let p = self.mapping.point(x);
+            return alternate(&p.to_array());
+        }
+        alternate(&self.mapping.uv(x).to_array())
     }
 
     /// The value at x.
     #[inline]
     pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
-        self.color[self.square(x.uv)].eval(x, wl)
+        self.color[self.square(x)].eval(x, wl)
     }
 
     /// The value at x as one number.
     #[inline]
     pub fn eval_scalar(&self, x: &TextureContext) -> f32 {
-        self.color[self.square(x.uv) ^ usize::from(self.scalar_swaps)].eval_scalar(x)
+        self.color[self.square(x) ^ usize::from(self.scalar_swaps)].eval_scalar(x)
     }
 
     /// Zero: the squares are flat, and the steps between them have no gradient.
@@ -57,16 +60,18 @@ impl Checkerboard {
     }
 }
 
+/// 0 in the first cell, 1 in those beside it.
+#[inline]
+fn alternate(p: &[f32]) -> usize {
+    p.iter().filter(|x| **x - x.floor() > 0.5).count() % 2
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::texture::Color;
+    use super::alternate;
 
     #[test]
     fn squares_alternate_and_repeat() {
-        let grey = |v| ColorSlot::Constant(Color::grey(v));
-        let to_uv = UvMap::default();
-        let board = Checkerboard { color: [grey(0.4), grey(0.2)], to_uv, scalar_swaps: true };
         for (u, v, first) in [
             (0.1, 0.1, true),
             (0.6, 0.1, false),
@@ -76,7 +81,8 @@ mod tests {
             (-0.1, 0.1, false),
             (0.5, 0.1, true),
         ] {
-            assert_eq!(board.square(Vec2::new(u, v)), usize::from(!first), "({u}, {v})");
+            assert_eq!(alternate(&[u, v]), usize::from(!first), "({u}, {v})");
         }
+        assert_eq!(alternate(&[0.6, 0.6, 0.6]), 1);
     }
 }

@@ -15,21 +15,27 @@
 
 mod bitmap;
 mod checkerboard;
+mod combine;
+mod mapping;
 mod mesh_attribute;
+mod noise;
 mod slot;
 mod texels;
 mod uv;
 
 pub use bitmap::{Bitmap, FilterMode, WrapMode};
 pub use checkerboard::Checkerboard;
+pub use combine::{Adjusted, Bilerp, DirectionMix, Mapped, Mix, Product};
+pub use mapping::{Chart, Mapping, Space};
 pub use mesh_attribute::MeshAttribute;
+pub use noise::{Dots, Marble, Noise, Turbulence, noise};
 pub use slot::{Color, ColorSlot, Role, ScalarSlot};
 pub use texels::Texels;
 pub use uv::UvMap;
 
 use crate::ids::SurfaceId;
 use crate::scene::Scene;
-use etendue_numerics::{Spectrum, Vec2, Wavelengths};
+use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
 
 /// Where a texture is looked up. A footprint may join it later: build it with [`Scene::texture_context`] where there is an interaction.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +50,10 @@ pub struct TextureContext<'a> {
     pub primitive: u32,
     /// Barycentrics (b1, b2) within it.
     pub bary: Vec2,
+    /// The point in the world, m.
+    pub p: Vec3,
+    /// The shading normal, or zero where there is no surface.
+    pub n: Vec3,
 }
 
 macro_rules! textures {
@@ -95,4 +105,37 @@ textures! {
     Checkerboard,
     /// Data on the vertices or faces of a mesh.
     MeshAttribute,
+    /// A texture times another.
+    Product,
+    /// Between two textures.
+    Mix,
+    /// Between two textures by the normal.
+    DirectionMix,
+    /// A texture brighter, darker or negative.
+    Adjusted,
+    /// A texture laid on in another way.
+    Mapped,
+    /// Four corners.
+    Bilerp,
+    /// Sums of noise.
+    Noise,
+    /// Veined stone.
+    Marble,
+    /// Disks.
+    Dots,
+}
+
+impl Texture {
+    /// (∂/∂u, ∂/∂v) of [`Texture::eval_scalar`] at x on a surface with ∂p/∂u and ∂p/∂v: exact for pictures, by differences for what is made of
+    /// other textures or lies in space.
+    pub fn slope(&self, x: &TextureContext, [dp_du, dp_dv]: [Vec3; 2]) -> Vec2 {
+        const H: f32 = 5e-4;
+        if matches!(self, Self::Color(_) | Self::Bitmap(_) | Self::Checkerboard(_) | Self::MeshAttribute(_)) {
+            return self.eval_gradient(x);
+        }
+        let at = |du: f32, dv: f32| {
+            self.eval_scalar(&TextureContext { uv: x.uv + Vec2::new(du, dv), p: x.p + dp_du * du + dp_dv * dv, ..*x })
+        };
+        Vec2::new(at(H, 0.0) - at(-H, 0.0), at(0.0, H) - at(0.0, -H)) / (2.0 * H)
+    }
 }

@@ -6,11 +6,13 @@
 //! ```text
 //! p⃖(y) = p_w |cosθ_y| / r² = |cosθ_y| / (4 tx ty cosθ z²)        pinhole and lens: p_w = 1 / (4 tx ty cos³θ)
 //! p⃖(y) = |cosθ_y| / A_film                                       parallel rays
+//! p⃖(y) = p_w |cosθ_y| / r²                                       rays to all sides: p_w = 1 / (W H Ω_px)
 //! ```
 
 use super::weights::{Trail, power};
 use crate::transport::Heuristic;
 use etendue_numerics::{Ray, Vec2, Vec3};
+use etendue_scene::sensor::{Camera, Spherical};
 use etendue_scene::{Sensor, View};
 
 /// A camera as the weights see it.
@@ -27,6 +29,8 @@ enum Model {
     Central { p: Vec3, axis: Vec3, area: f32 },
     /// Parallel rays, `density` = 1 / A_film.
     Parallel { density: f32 },
+    /// Rays to all sides.
+    Around(Spherical),
 }
 
 impl Eye {
@@ -45,6 +49,7 @@ impl Eye {
                 let ray = view.sensor.sample_ray(middle, Vec2::splat(0.5), 0.0).ray;
                 Model::Parallel { density: view.sensor.pdf(ray.o, ray.d).0.area() }
             }
+            Sensor::Spherical(m) => Model::Around(*m),
         };
         let pixels = |[w, h]: [u32; 2]| f64::from(w) * f64::from(h);
         Self { model, rho: (pixels(view.film.crop_size) / pixels(view.film.size)) as f32 }
@@ -60,6 +65,7 @@ impl Eye {
                 cos_y / (area * axis.dot(w) * z * z)
             }
             Model::Parallel { density } => cos_y * density,
+            Model::Around(m) => cos_y * m.pdf(m.p, w).1.value() / y.distance_squared(m.p),
         }
     }
 
@@ -77,6 +83,15 @@ impl Eye {
             Model::Parallel { density } => {
                 Trail { p: ray.o, n: ray.d, distant: true, density: 1.0, pdf_w: density, connect, sums: 0.0 }
             }
+            Model::Around(m) => Trail {
+                p: m.p,
+                n: Vec3::ZERO,
+                distant: false,
+                density: 1.0,
+                pdf_w: m.pdf(m.p, ray.d).1.value(),
+                connect,
+                sums: 0.0,
+            },
         }
     }
 }

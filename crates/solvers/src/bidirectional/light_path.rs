@@ -47,9 +47,9 @@ impl Origin {
         let s = scene.lights.sample_emission(scene, u_light, at(light_slot::POSITION), at(light_slot::DIRECTION), wl)?;
         let origin = match &scene.emitter(s.emitter).model {
             Model::Area(_) | Model::DirectionalArea(_) => Self::on_surface(scene, &s)?,
-            Model::Point(_) | Model::Spot(_) | Model::Projector(_) => Self::new(&s, Place::Point),
+            Model::Point(_) | Model::Spot(_) | Model::Projector(_) | Model::Goniometric(_) => Self::new(&s, Place::Point),
             Model::Directional(_) => Self { pdf_w: 1.0, ..Self::new(&s, Place::Direction) },
-            Model::Environment(_) | Model::Constant(_) => Self::of_surroundings(scene, &s, wl),
+            Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_) => Self::of_surroundings(scene, &s, wl),
         };
         let lit = origin.flux.is_finite() && origin.flux.max_lane() > 0.0;
         (lit && origin.density > 0.0 && origin.pdf_w > 0.0).then_some(origin)

@@ -86,15 +86,14 @@ fn gather(
         let x = c.scene.interaction(&walk.ray, hit);
         solver.collect(c, walk, Some(&x));
     }
-    let at = |uv, primitive, bary| TextureContext { scene: c.scene, uv, surface: SurfaceId(hit.geometry), primitive, bary };
     if let Some(mesh) = surface.shape.mesh().filter(|_| hit.instance == NO_INSTANCE) {
         let bary = Vec2::new(hit.u, hit.v);
-        let rho = reflectance(rho, &walk.wl, || at(mesh.uv(hit.primitive, bary), mesh.primitive(hit.primitive), bary));
+        let rho = reflectance(rho, &walk.wl, || c.scene.texture_context(&c.scene.interaction(&walk.ray, hit)));
         v.push(i, walk, u, rho, two_sided);
         v.place_on(mesh, hit.primitive, bary);
     } else {
         let x = c.scene.interaction(&walk.ray, hit);
-        v.push(i, walk, u, reflectance(rho, &walk.wl, || at(x.uv, x.primitive, x.bary)), two_sided);
+        v.push(i, walk, u, reflectance(rho, &walk.wl, || c.scene.texture_context(&x)), two_sided);
         v.place_at(&x);
     }
 }

@@ -2,8 +2,8 @@
 
 use super::Compiler;
 use crate::material::{
-    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Material, Phong, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic,
-    Roughness,
+    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Material, Phong, Plastic, Principled, PrincipledCommon,
+    PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
 };
 use crate::texture::{Color, ColorSlot, ScalarSlot};
 use etendue_bsdf::{Ndf, lobes};
@@ -274,8 +274,11 @@ impl<'a> Compiler<'a> {
             [ScalarSlot::Constant(u), ScalarSlot::Constant(v)] => (u.max(v) >= 1e-3).then(|| (u * v).sqrt().max(1e-4)),
             _ => None,
         };
-        CoatedDiffuse::new(reflectance, lobes::CoatedDiffuseParams { eta, alpha, thickness, bounces: depth.div_ceil(2), ..Default::default() })
-            .into()
+        CoatedDiffuse::new(
+            reflectance,
+            lobes::CoatedDiffuseParams { eta, alpha, thickness, bounces: depth.div_ceil(2), ..Default::default() },
+        )
+        .into()
     }
 
     pub(super) fn diffuse_transmission(&mut self, p: &mut Params<'a>) -> Material {

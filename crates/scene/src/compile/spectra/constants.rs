@@ -7,7 +7,7 @@ use etendue_description::{Kind, NodeId, Params, SpectrumValue, Value};
 
 /// Texture models that do not vary.
 pub(in crate::compile) const CONSTANT_MODELS: &[&str] =
-    &["uniform", "srgb", "d65", "regular", "irregular", "blackbody", "rawconstant"];
+    &["uniform", "srgb", "d65", "regular", "irregular", "blackbody", "rawconstant", "constant"];
 
 /// A spectrum that does not vary, before its role is known.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +41,14 @@ impl<'a> Compiler<'a> {
                 let bounded = !params.bool(self.diagnostics, "unbounded", false);
                 self.rgb(&mut params, &["color", "value"], bounded)
             }
+            "constant" => params.spectrum_opt(self.diagnostics, "value").and_then(|param| match &param.value.value {
+                Value::Float(x) => Some(ConstantSpectrum::Grey(*x)),
+                Value::Integer(i) => Some(ConstantSpectrum::Grey(*i as f64)),
+                Value::Rgb(rgb) => Some(ConstantSpectrum::Rgb { rgb: *rgb, bounded: true }),
+                Value::Spectrum(s) => Some(ConstantSpectrum::Spectrum(s.clone())),
+                Value::Node(id) => Some(ConstantSpectrum::Texture(*id)),
+                _ => None,
+            }),
             "rawconstant" => self.rgb(&mut params, &["value"], false),
             "d65" => self.d65(&mut params),
             "regular" => self.regular(&mut params),
