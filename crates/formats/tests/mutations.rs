@@ -123,6 +123,33 @@ const XML_WORDS: &[&str] = &[
     "400:1,",
     "#",
 ];
+const PBRT_WORDS: &[&str] = &[
+    "[",
+    "]",
+    "\"",
+    "#",
+    "\\",
+    "\n",
+    "Shape \"sphere\"",
+    "AttributeBegin ",
+    "AttributeEnd ",
+    "ObjectEnd ",
+    "WorldBegin ",
+    "Include \"s.pbrt\" ",
+    "Material \"\" ",
+    "NamedMaterial \"wood\" ",
+    "\"float radius\" ",
+    "\"texture alpha\" \"t\" ",
+    "\"point3 P\" [",
+    "\"integer indices\" [ 0 1 2147483647 ]",
+    "Scale 0 0 0 ",
+    "ActiveTransform EndTime ",
+    "-1 ",
+    "1e38 ",
+    "nan ",
+    "99999999999 ",
+    "ä箱",
+];
 const TEXT_WORDS: &[&str] = &[
     "nan",
     "-inf",
@@ -158,6 +185,25 @@ proptest! {
             if let etendue_description::Value::Node(id) = param.value.value {
                 prop_assert!((id.0 as usize) < count);
             }
+        }
+    }
+
+    #[test]
+    fn pbrt_scenes(edits in edits(PBRT_WORDS)) {
+        let bytes = broken(&corpus("pbrt"), edits);
+        let text = String::from_utf8_lossy(&bytes);
+        let (description, diagnostics) = read_str("no-folder/s.pbrt", &text, &ReadOptions::default());
+        let _ = diagnostics.render(&description.sources);
+        let (nodes, meshes) = (description.nodes.len(), description.assets.meshes.len());
+        for param in description.nodes.iter().flat_map(|node| &node.params) {
+            match param.value.value {
+                etendue_description::Value::Node(id) => prop_assert!((id.0 as usize) < nodes),
+                etendue_description::Value::Mesh(i) => prop_assert!((i as usize) < meshes),
+                _ => {}
+            }
+        }
+        for mesh in &description.assets.meshes {
+            check(Loaded { mesh: MeshData::clone(mesh), warnings: Vec::new() })?;
         }
     }
 
@@ -209,7 +255,20 @@ proptest! {
         let text = String::from_utf8_lossy(&bytes);
         let (description, diagnostics) = read_str("no-folder/s.xml", &text, &ReadOptions::default());
         let _ = diagnostics.render(&description.sources);
+        let (description, diagnostics) = read_str("no-folder/s.pbrt", &text, &ReadOptions::default());
+        let _ = diagnostics.render(&description.sources);
         let _ = (obj::read(&bytes, true), ply::read(&bytes, true), serialized::read(&bytes, 0), vol::read(&bytes));
+    }
+}
+
+#[test]
+fn pbrt_scenes_cut_at_every_byte() {
+    for bytes in corpus("pbrt") {
+        for end in 0..bytes.len() {
+            let text = String::from_utf8_lossy(&bytes[..end]);
+            let (description, diagnostics) = read_str("no-folder/s.pbrt", &text, &ReadOptions::default());
+            let _ = diagnostics.render(&description.sources);
+        }
     }
 }
 

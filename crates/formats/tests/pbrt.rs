@@ -253,6 +253,16 @@ fn curves_and_subdivision_surfaces_become_meshes() {
     assert_eq!(scene.assets.meshes[1].indices.len(), 64);
 }
 
+/// The fuzzers' seeds say nothing but what they must.
+#[test]
+fn the_corpus_is_good() {
+    let folder = std::path::PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus/pbrt");
+    for name in ["room.pbrt", "shapes.pbrt"] {
+        let said = lines(&etendue_formats::read(&folder.join(name), &ReadOptions::default()));
+        assert!(said.iter().all(|line| line.contains("warning: ")), "{said:?}");
+    }
+}
+
 // ---- mistakes
 
 #[test]

@@ -211,7 +211,7 @@ fn coated() -> Vec<Row> {
         coated("coated diffuse", d, Energy::AtLeast(0.3)),
         coated("coated diffuse, thick", CoatedDiffuseParams { thickness: 0.5, eta: 1.8, ..d }, Energy::AtLeast(0.05)),
         coated("coated white", white, Energy::AtLeast(0.995)),
-        coated("coated white, rough", CoatedDiffuseParams { alpha: Some(0.1), ..white }, Energy::AtLeast(0.95)),
+        coated("coated white, rough", CoatedDiffuseParams { alpha: Some(0.1), ..white }, Energy::AtLeast(0.9)),
         coated("coated diffuse, rough", CoatedDiffuseParams { alpha: Some(0.3), ..d }, Energy::AtLeast(0.2)),
         coated(
             "coated black, sharp",

@@ -35,6 +35,7 @@ const MODELS: &[&str] = &[
 
 /// Models that Mitsuba knows and that are refused here, with the reason.
 const REFUSED: &[(&str, &str)] = &[
+    ("coatedconductor", "metals under a layer cannot be rendered yet; `roughconductor` comes near"),
     ("hair", "hair fibres cannot be rendered yet"),
     ("measured", "tabulated measurements cannot be rendered yet"),
     ("measured_polarized", "étendue does not track polarisation"),

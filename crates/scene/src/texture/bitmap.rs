@@ -200,7 +200,7 @@ mod tests {
     fn by_hand(u: f32, v: f32, wrap: WrapMode) -> f32 {
         let fold = |i: i64, n: i64| match wrap {
             WrapMode::Repeat => i.rem_euclid(n),
-            WrapMode::Clamp => i.clamp(0, n - 1),
+            WrapMode::Clamp | WrapMode::Black => i.clamp(0, n - 1),
             WrapMode::Mirror => {
                 let m = i.rem_euclid(2 * n);
                 if m < n { m } else { 2 * n - 1 - m }
