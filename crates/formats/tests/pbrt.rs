@@ -38,7 +38,7 @@ fn value<'a>(node: &'a Node, name: &str) -> &'a Value {
 fn child<'a>(description: &'a Description, node: &Node, kind: Kind) -> &'a Node {
     let nodes =
         node.params.iter().filter_map(|p| if let Value::Node(id) = p.value.value { Some(description.node(id)) } else { None });
-    nodes.filter(|n| n.kind == kind).next().unwrap_or_else(|| panic!("no {} in {node:?}", kind.name()))
+    nodes.find(|n| n.kind == kind).unwrap_or_else(|| panic!("no {} in {node:?}", kind.name()))
 }
 
 fn place(node: &Node, p: DVec3) -> DVec3 {

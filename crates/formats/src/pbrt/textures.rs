@@ -232,7 +232,7 @@ impl Reader<'_> {
         } else if scale != 1.0 {
             params.push(param("repeat", Value::Float(scale), at));
         }
-        params.extend(self.from_world(list));
+        params.extend(self.world_map(list));
         params
     }
 
@@ -243,12 +243,12 @@ impl Reader<'_> {
         if scale != 1.0 {
             params.push(param("repeat", Value::Float(scale), at));
         }
-        params.extend(self.from_world(list));
+        params.extend(self.world_map(list));
         params
     }
 
     /// From the world into the coordinates of a texture that is made here.
-    fn from_world(&mut self, list: &List) -> Option<Param> {
+    fn world_map(&mut self, list: &List) -> Option<Param> {
         let to_world = self.still(list.span, "this texture")?;
         Some(param("from_world", Value::Transform(Box::new(to_world.inverse())), list.span))
     }

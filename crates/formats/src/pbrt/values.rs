@@ -90,6 +90,9 @@ impl Type {
     }
 }
 
+/// Texts, each with its bytes in the file.
+pub(super) type Texts = Vec<(String, Range<usize>)>;
+
 /// A list of values.
 #[derive(Clone, Debug)]
 pub(super) enum Values {
@@ -97,7 +100,7 @@ pub(super) enum Values {
     Doubles(Vec<f64>),
     Integers(Vec<i32>),
     Bools(Vec<bool>),
-    Texts(Vec<(String, Range<usize>)>),
+    Texts(Texts),
 }
 
 impl Values {
@@ -347,7 +350,7 @@ impl List {
         choices[0]
     }
 
-    pub fn texts(&mut self, d: &mut Diagnostics, name: &'static str) -> Option<(Vec<(String, Range<usize>)>, Span)> {
+    pub fn texts(&mut self, d: &mut Diagnostics, name: &'static str) -> Option<(Texts, Span)> {
         let entry = self.typed(d, name, &[Type::Text])?;
         match &mut entry.values {
             Values::Texts(v) => Some((std::mem::take(v), entry.span)),

@@ -9,6 +9,7 @@ use crate::texture::{
 };
 use etendue_description::{Description, Dialect, Kind, Node, NodeId, Param, Params, Value};
 use etendue_numerics::Vec3;
+use glam::Affine3A;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -205,7 +206,7 @@ impl<'a> Compiler<'a> {
         };
         Mapping::Space(Space {
             chart,
-            from_world: params.transform(self.diagnostics, "from_world"),
+            from_world: Affine3A::from_mat4(params.transform(self.diagnostics, "from_world").matrix().as_mat4()),
             repeat: params.float(self.diagnostics, "repeat", 1.0, -1e9..=1e9) as f32,
             axes: [self.vector(params, "v1", Vec3::X), self.vector(params, "v2", Vec3::Y)],
             shift: self.vector(params, "shift", Vec3::ZERO).truncate(),

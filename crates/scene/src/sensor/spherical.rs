@@ -38,11 +38,11 @@ impl Spherical {
         Vec3::new(sin * cos_phi, sin * sin_phi, cos)
     }
 
-    fn to_world(&self, d: Vec3) -> Vec3 {
+    fn world(&self, d: Vec3) -> Vec3 {
         self.axes.to_world(Vec3::new(-d.x, d.z, d.y))
     }
 
-    fn to_picture(&self, w: Vec3) -> Vec3 {
+    fn picture(&self, w: Vec3) -> Vec3 {
         let local = self.axes.to_local(w);
         Vec3::new(-local.x, local.z, local.y)
     }
@@ -66,11 +66,11 @@ impl Spherical {
 
 impl Camera for Spherical {
     fn we(&self, _: Vec3, w: Vec3) -> f32 {
-        1.0 / self.solid_angle(self.to_picture(w))
+        1.0 / self.solid_angle(self.picture(w))
     }
 
     fn pixel(&self, _: Vec3, w: Vec3) -> Option<Vec2> {
-        Some(self.place(self.to_picture(w)))
+        Some(self.place(self.picture(w)))
     }
 
     fn pdf(&self, p: Vec3, w: Vec3) -> (PositionPdf, Pdf) {
@@ -78,7 +78,7 @@ impl Camera for Spherical {
     }
 
     fn sample_ray(&self, pixel: Vec2, _: Vec2, time: f32) -> CameraRay {
-        let w = self.to_world(self.direction(pixel)).normalize();
+        let w = self.world(self.direction(pixel)).normalize();
         CameraRay { ray: Ray { time, ..Ray::new(self.p, w) }, weight: 1.0 }
     }
 

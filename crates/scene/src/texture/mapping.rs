@@ -12,7 +12,8 @@
 
 use crate::texture::{TextureContext, UvMap};
 use etendue_numerics::math::{FRAC_1_PI, PI, TAU, atan2, safe_acos};
-use etendue_numerics::{Transform, Vec2, Vec3};
+use etendue_numerics::{Vec2, Vec3};
+use glam::Affine3A;
 
 /// A mapping of any kind.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +43,7 @@ pub struct Space {
     /// Two coordinates of three.
     pub chart: Chart,
     /// From the world into the texture's coordinates.
-    pub from_world: Transform,
+    pub from_world: Affine3A,
     /// A factor on the coordinates.
     pub repeat: f32,
     /// The vectors of a planar chart.
@@ -72,7 +73,7 @@ impl Mapping {
     pub fn point(&self, x: &TextureContext) -> Vec3 {
         match self {
             Self::Uv(map) => map.apply(x.uv).extend(0.0),
-            Self::Space(space) => space.from_world.point(x.p) * space.repeat,
+            Self::Space(space) => space.from_world.transform_point3(x.p) * space.repeat,
         }
     }
 
@@ -84,7 +85,7 @@ impl Mapping {
 
 impl Space {
     fn uv(&self, p: Vec3) -> Vec2 {
-        let q = self.from_world.point(p);
+        let q = self.from_world.transform_point3(p);
         match self.chart {
             Chart::Spherical => {
                 let d = q.normalize_or(Vec3::Z);
