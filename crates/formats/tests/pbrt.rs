@@ -36,7 +36,7 @@ fn value<'a>(node: &'a Node, name: &str) -> &'a Value {
 }
 
 fn child<'a>(description: &'a Description, node: &Node, kind: Kind) -> &'a Node {
-    let nodes =
+    let mut nodes =
         node.params.iter().filter_map(|p| if let Value::Node(id) = p.value.value { Some(description.node(id)) } else { None });
     nodes.find(|n| n.kind == kind).unwrap_or_else(|| panic!("no {} in {node:?}", kind.name()))
 }
