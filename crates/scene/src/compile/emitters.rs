@@ -92,7 +92,7 @@ impl<'a> Compiler<'a> {
             // Of a mesh each triangle has the power, evenly over all of them. A constant colour multiplies it.
             let shape = &self.surfaces.get(surface).shape;
             let pieces = shape.mesh().map_or(1, |mesh| mesh.indices.len().max(1)) as f64;
-            let luminance = match radiance {
+            let luminance = match &radiance {
                 ColorSlot::Constant(_) => 1.0,
                 ColorSlot::Texture(id) => match &self.textures[id.index()] {
                     Texture::Bitmap(bitmap) => bitmap.texels.mean().luminance(),
@@ -103,13 +103,7 @@ impl<'a> Compiler<'a> {
             let unit = f64::from(luminance) * sides * std::f64::consts::PI * shape.area();
             scale *= if unit > 0.0 { (power * pieces / unit) as f32 } else { 0.0 };
         }
-        // A constant needs no factor.
-        match radiance {
-            ColorSlot::Constant(color) => {
-                Area { surface, radiance: ColorSlot::Constant(color.scaled(scale)), scale: 1.0, two_sided }
-            }
-            ColorSlot::Texture(_) => Area { surface, radiance, scale, two_sided },
-        }
+        Area { surface, radiance, scale, two_sided }
     }
 
     fn goniometric(&mut self, params: &mut Params<'a>) -> Option<Goniometric> {
@@ -118,7 +112,7 @@ impl<'a> Compiler<'a> {
         let pose = self.pose(params, Scales::TakeOut);
         let texels = self.picture(params)?;
         let (p, axes) = pose?;
-        let lamp = Goniometric::new(p, axes, intensity, 1.0, &texels);
+        let lamp = Goniometric::new(p, axes, intensity.clone(), 1.0, &texels);
         let unit = 4.0 * std::f64::consts::PI * lamp.mean();
         Some(match power {
             Some(power) if unit > 0.0 => Goniometric::new(p, axes, intensity, (power / unit) as f32, &texels),
@@ -231,7 +225,7 @@ impl<'a> Compiler<'a> {
             return Some(Projector::new(p, axes, half, irradiance, scale));
         }
         let scale = power.map_or(scale, |power| {
-            let unit = match irradiance {
+            let unit = match &irradiance {
                 ColorSlot::Texture(id) => self.flux_of_picture(&self.textures[id.index()], half),
                 ColorSlot::Constant(_) => 0.0,
             };

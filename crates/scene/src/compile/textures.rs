@@ -151,6 +151,7 @@ impl<'a> Compiler<'a> {
                 roughness: params.float(self.diagnostics, "roughness", 0.5, 0.0..=1e3) as f32,
                 scale: params.float(self.diagnostics, "scale", 1.0, -1e9..=1e9) as f32,
                 variation: params.float(self.diagnostics, "variation", 0.2, -1e9..=1e9) as f32,
+                role,
                 mapping: self.mapping(&mut params),
             })),
             model if CONSTANT_MODELS.contains(&model) => {

@@ -11,7 +11,7 @@
 use super::directional::{disk_density, from_infinity, outside, scene_sphere};
 use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, PositionPdf, scalar};
 use crate::scene::Scene;
-use crate::texture::Texels;
+use crate::texture::{Role, Texels};
 use etendue_numerics::math::PI;
 use etendue_numerics::table::Table2D;
 use etendue_numerics::warp::{equal_area_sphere_to_square, square_to_equal_area_sphere};
@@ -65,8 +65,8 @@ impl Octahedral {
         (at(uv.x, self.texels.width()), at(uv.y, self.texels.height()))
     }
 
-    fn radiance(&self, (column, row): (usize, usize)) -> Spectrum {
-        self.texels.texel(column, row).max(0.0) * self.scale
+    fn radiance(&self, (column, row): (usize, usize), wl: &Wavelengths) -> Spectrum {
+        Role::Emission.spectrum(self.texels.texel(column, row).max(0.0), wl) * self.scale
     }
 
     /// p_w of a texel.
@@ -76,7 +76,7 @@ impl Octahedral {
     }
 
     /// A unit direction in the picture's coordinates, with its p_w and Le.
-    fn sample_local(&self, u: Vec2) -> Option<(Vec3, f32, Spectrum)> {
+    fn sample_local(&self, u: Vec2, wl: &Wavelengths) -> Option<(Vec3, f32, Spectrum)> {
         if self.cells.sum() <= 0.0 {
             return None;
         }
@@ -87,21 +87,21 @@ impl Octahedral {
         // Rounding may carry the direction into the next texel: whoever meets it there sees that one.
         let texel = self.texel_of(local);
         let pdf = self.density(texel);
-        (pdf > 0.0).then(|| (local, pdf, self.radiance(texel)))
+        (pdf > 0.0).then(|| (local, pdf, self.radiance(texel, wl)))
     }
 }
 
 impl Light for Octahedral {
-    fn le_escaped(&self, d: Vec3, _: &Wavelengths) -> Spectrum {
-        self.radiance(self.texel_of(self.axes.to_local(d)))
+    fn le_escaped(&self, d: Vec3, wl: &Wavelengths) -> Spectrum {
+        self.radiance(self.texel_of(self.axes.to_local(d)), wl)
     }
 
     fn pdf_escaped(&self, _: &LightReference, wi: Vec3) -> f32 {
         self.density(self.texel_of(self.axes.to_local(wi)))
     }
 
-    fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, _: &Wavelengths) -> Option<LightSample> {
-        let (local, pdf_w, le) = self.sample_local(u)?;
+    fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
+        let (local, pdf_w, le) = self.sample_local(u, wl)?;
         let wi = self.axes.to_world(local);
         Some(LightSample {
             wi,
@@ -120,8 +120,8 @@ impl Light for Octahedral {
         EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
     }
 
-    fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
-        let (local, pdf_w, le) = self.sample_local(u_direction)?;
+    fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
+        let (local, pdf_w, le) = self.sample_local(u_direction, wl)?;
         let d = -self.axes.to_world(local);
         let (ray, pdf_a) = from_infinity(scene, d, u)?;
         Some(EmissionSample {

@@ -27,7 +27,7 @@ macro_rules! no_gradient {
 pub(super) use no_gradient;
 
 /// a b.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Product {
     /// The texture.
     pub a: ColorSlot,
@@ -55,7 +55,7 @@ impl Product {
 }
 
 /// Between two textures.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Mix {
     /// At amount 0, and at amount 1.
     pub parts: [ColorSlot; 2],
@@ -84,7 +84,7 @@ impl Mix {
 }
 
 /// Between two textures by the normal.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct DirectionMix {
     /// Where the normal is along the direction, and where it is across.
     pub parts: [ColorSlot; 2],
@@ -180,7 +180,7 @@ impl Mapped {
 }
 
 /// Four values at the corners of the unit square.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Bilerp {
     /// At (u', v') = (0, 0), (0, 1), (1, 0), (1, 1).
     pub corners: [ColorSlot; 4],

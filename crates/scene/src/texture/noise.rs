@@ -13,7 +13,7 @@
 
 use super::combine::no_gradient;
 use crate::scene::Scene;
-use crate::texture::{ColorSlot, Mapping, TextureContext};
+use crate::texture::{ColorSlot, Mapping, Role, TextureContext};
 use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
 
 /// The permutation of the bytes that [Perlin 2002] gives.
@@ -131,6 +131,8 @@ pub struct Marble {
     pub scale: f32,
     /// How far veins stray.
     pub variation: f32,
+    /// What the colours stand for.
+    pub role: Role,
     /// Where it is looked up.
     pub mapping: Mapping,
 }
@@ -162,15 +164,19 @@ impl Marble {
         1.5 * (c[0] * (s * s * s) + c[1] * (3.0 * s * s * w) + c[2] * (3.0 * s * w * w) + c[3] * (w * w * w))
     }
 
-    /// The value at x.
-    pub fn eval(&self, x: &TextureContext, _wl: &Wavelengths) -> Spectrum {
+    fn colour(&self, x: &TextureContext) -> Spectrum {
         let Vec3 { x: r, y: g, z: b } = self.rgb(x).min(Vec3::ONE);
         Spectrum::rgb(r, g, b)
     }
 
+    /// The value at x.
+    pub fn eval(&self, x: &TextureContext, wl: &Wavelengths) -> Spectrum {
+        self.role.spectrum(self.colour(x), wl)
+    }
+
     /// Its luminance.
     pub fn eval_scalar(&self, x: &TextureContext) -> f32 {
-        self.eval(x, &Wavelengths::Rgb).luminance()
+        self.colour(x).luminance()
     }
 
     no_gradient!();
@@ -182,7 +188,7 @@ impl Marble {
 }
 
 /// Disks strewn over a plane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Dots {
     /// In the disks, and around them.
     pub parts: [ColorSlot; 2],

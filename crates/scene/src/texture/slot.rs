@@ -69,12 +69,6 @@ impl Color {
         Self::new([x; 3], Curve::flat(x))
     }
 
-    /// The same, `factor` times as bright.
-    #[must_use]
-    pub fn scaled(&self, factor: f32) -> Self {
-        Self { rgb: self.rgb * factor }
-    }
-
     /// The value at the wavelengths of `wl`.
     #[inline]
     pub fn at(&self, wl: &Wavelengths) -> Spectrum {
