@@ -34,6 +34,7 @@ impl PathMis {
 impl PathSolver for PathMis {
     #[inline]
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        let c = &c.eager();
         // Light that the walk hits.
         let Some(hit) = &hit else {
             self.collect(c, state, None);
@@ -53,7 +54,9 @@ impl PathSolver for PathMis {
         // The next direction.
         let u_lobe = state.choices(&c.rules, &vertex, u);
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
-        Step { shadow, goes_on: state.turn(&c.rules, &vertex, sample, u_lobe.y) }
+        let goes_on = state.turn(&c.rules, &vertex, sample, u_lobe.y);
+        state.relate();
+        Step { shadow, goes_on }
     }
 
     fn scatter_all(&self, c: &Context<'_>, crowd: &mut Crowd) {

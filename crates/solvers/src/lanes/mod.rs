@@ -39,6 +39,7 @@ impl Default for Lanes {
 
 /// Advances all walks of the crowd by one vertex.
 pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) {
+    let c = &c.eager();
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
     let lone = c.scene.lights.lone(c.scene);

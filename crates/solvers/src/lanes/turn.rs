@@ -49,7 +49,7 @@ impl wide::Job for Turn<'_> {
         if self.roulette {
             for i in 0..v.lanes() {
                 let [x, y, z, w] = v.beta.get(i);
-                let q = roulette_survival(x.max(y).max(z).max(w), v.eta_scale[i]);
+                let q = roulette_survival(x.max(y).max(z).max(w), v.roulette_scale[i]);
                 v.beta.set(i, [x / q, y / q, z / q, w / q]);
                 v.goes_on[i] &= u32::from(v.u_lobe[1][i] < q);
             }

@@ -123,7 +123,7 @@ pub(super) struct Vertices {
 
     // The walk.
     pub beta: Colours,
-    pub eta_scale: Lane,
+    pub roulette_scale: Lane,
 
     // Random numbers, x and y.
     pub u_light: Lane,
@@ -177,7 +177,7 @@ impl Vertices {
             two_sided: flags,
             is_turned: flags,
             beta: colours,
-            eta_scale: one,
+            roulette_scale: one,
             u_light: one,
             u_point: [one; 2],
             u_lobe: [one; 2],
@@ -229,7 +229,7 @@ impl Vertices {
         self.rho.set_spectrum(i, rho);
         self.two_sided[i] = u32::from(two_sided);
         self.beta.set_spectrum(i, state.beta.carry(Spectrum::ONE));
-        self.eta_scale[i] = state.eta_scale;
+        self.roulette_scale[i] = state.roulette_scale;
     }
 
     /// Places the last vertex on a triangle.
@@ -341,6 +341,7 @@ impl Vertices {
         state.from = self.from(i);
         state.edges += 1;
         state.vertex += 1;
+        state.relate();
     }
 
     #[inline(always)]

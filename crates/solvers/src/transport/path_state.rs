@@ -95,8 +95,8 @@ pub struct PathState {
     pub pdf: Pdf,
     /// The last vertex that scattered: what light sampling at it would have known.
     pub from: LightReference,
-    /// Product of η² along the walk.
-    pub eta_scale: f32,
+    /// What β is multiplied with for roulette: the product of η² along the walk, and 1/β of the first vertex where that counts.
+    pub roulette_scale: f32,
 }
 
 /// What a step asks for: the next ray is in the state.
@@ -169,7 +169,7 @@ impl PathState {
             vertex: 1,
             pdf: Pdf::Delta(1.0),
             from: LightReference::point(ray.o),
-            eta_scale: 1.0,
+            roulette_scale: 1.0,
         }
     }
 
@@ -219,7 +219,7 @@ impl PathState {
         if self.beta.is_zero() {
             return false;
         }
-        self.eta_scale *= s.eta_scale;
+        self.roulette_scale *= s.eta_scale;
         self.ray = vertex.x.spawn(s.wi);
         if s.is_null {
             // Light sampling looks straight through, so it competes with the walk at the vertex before.

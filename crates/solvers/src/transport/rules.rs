@@ -9,7 +9,7 @@ pub struct PathRules {
     pub min_edges: u32,
     /// Paths with more edges do not count; `u32::MAX` is unbounded.
     pub max_edges: u32,
-    /// Vertices before Russian roulette may end a walk.
+    /// Vertices before Russian roulette may end a walk; where it is [`PathRules::RR_DEPTH`], `path-mis` begins earlier.
     pub rr_depth: u32,
     /// Emitters seen directly by the camera do not count.
     pub hide_emitters: bool,
@@ -19,11 +19,14 @@ pub struct PathRules {
 
 impl Default for PathRules {
     fn default() -> Self {
-        Self { min_edges: 1, max_edges: u32::MAX, rr_depth: 5, hide_emitters: false, null_counts: true }
+        Self { min_edges: 1, max_edges: u32::MAX, rr_depth: Self::RR_DEPTH, hide_emitters: false, null_counts: true }
     }
 }
 
 impl PathRules {
+    /// Where roulette begins unless a scene file tells.
+    pub const RR_DEPTH: u32 = 5;
+
     /// The rules that a scene file asks for.
     pub fn of(integrator: &Integrator) -> Self {
         Self {

@@ -102,7 +102,7 @@ impl Saboteur {
         if self.is(EtaSquaredDropped) {
             state.beta.scatter(Spectrum::splat(s.eta_scale));
         }
-        state.eta_scale *= s.eta_scale;
+        state.roulette_scale *= s.eta_scale;
         state.ray = vertex.x.spawn(s.wi);
         if s.is_null {
             state.edges += u32::from(c.rules.null_counts);
@@ -114,7 +114,7 @@ impl Saboteur {
         let survives = if state.vertex < c.rules.rr_depth {
             true
         } else {
-            let q = (state.beta.max_lane() * state.eta_scale).min(0.95);
+            let q = (state.beta.max_lane() * state.roulette_scale).min(0.95);
             if u < q && !self.is(RouletteUncompensated) {
                 state.beta.divide(q);
             }
