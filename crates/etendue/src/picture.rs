@@ -25,6 +25,9 @@ pub(crate) fn words(loaded: &Loaded, solver: &str, passes: u32, run: &Run<'_>, v
         ("filter", filter_words(&view.film.filter)),
         ("max-depth", most(run.rules.max_edges)),
     ];
+    if loaded.scene.spectral {
+        words.push(("light", "wavelengths".to_owned()));
+    }
     if run.rules.min_edges > 1 {
         words.push(("min-depth", run.rules.min_edges.to_string()));
     }

@@ -30,6 +30,8 @@ use etendue_numerics::{Spectrum, Vec2, Vec3, math::FRAC_1_PI};
 pub struct PrincipledParams {
     /// The colour; default 0.5.
     pub base_color: Spectrum,
+    /// Luminance of the base colour where its lanes are not red, green and blue.
+    pub luminance: Option<f32>,
     /// Of the specular lobes; α = roughness²; default 0.5.
     pub roughness: f32,
     /// Stretches highlights along local x; default 0.
@@ -64,6 +66,7 @@ impl Default for PrincipledParams {
     fn default() -> Self {
         Self {
             base_color: Spectrum::splat(0.5),
+            luminance: None,
             roughness: 0.5,
             anisotropic: 0.0,
             metallic: 0.0,
@@ -94,6 +97,8 @@ pub fn eta_from_specular(specular: f32, spec_trans: f32) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Principled {
     base: Spectrum,
+    /// The base colour over its luminance: hue and saturation alone.
+    tint: Spectrum,
     facets: Microfacets,
     coat: Gtr1,
     roughness: f32,
@@ -125,6 +130,7 @@ impl Principled {
         let rate = |x: f32| clean_f32(x, 0.0, 1e6, 1.0);
         Self {
             base: clean(p.base_color),
+            tint: tint(clean(p.base_color), p.luminance),
             facets: Microfacets::new(Ndf::Ggx, alpha.x, alpha.y, true),
             coat: Gtr1::of_gloss(unit(p.clearcoat_gloss)),
             roughness,
@@ -166,7 +172,7 @@ impl Principled {
             sum += self.metallic * Spectrum::lerp(s, self.base, Spectrum::ONE);
         }
         if self.spec_tint > 0.0 {
-            let r0 = tint(self.base) * r0(if cos >= 0.0 { self.eta } else { 1.0 / self.eta });
+            let r0 = self.tint * r0(if cos >= 0.0 { self.eta } else { 1.0 / self.eta });
             sum += (1.0 - self.metallic) * self.spec_tint * Spectrum::lerp(s, r0, Spectrum::ONE);
         }
         sum
@@ -221,7 +227,7 @@ impl Scatter for Principled {
             let cos_d = (wo + wi).try_normalize().map_or(0.0, |m| m.dot(wi));
             f += self.base * (opaque * FRAC_1_PI * diffuse(self.roughness, self.flatness, cos_o, cos_i, cos_d));
             if self.sheen > 0.0 {
-                let colour = Spectrum::lerp(self.sheen_tint, Spectrum::ONE, tint(self.base));
+                let colour = Spectrum::lerp(self.sheen_tint, Spectrum::ONE, self.tint);
                 f += colour * ((1.0 - self.metallic) * self.sheen * schlick_weight(cos_d.abs()));
             }
         }

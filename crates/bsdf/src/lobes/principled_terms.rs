@@ -40,8 +40,8 @@ pub fn r0(eta: f32) -> f32 {
 }
 
 /// `base` divided by its luminance: hue and saturation alone; 1 for black.
-pub fn tint(base: Spectrum) -> Spectrum {
-    let luminance = base.luminance();
+pub fn tint(base: Spectrum, luminance: Option<f32>) -> Spectrum {
+    let luminance = luminance.unwrap_or(base.luminance());
     if luminance > 0.0 { base / luminance } else { Spectrum::ONE }
 }
 

@@ -24,6 +24,8 @@ use etendue_numerics::{Spectrum, Vec2, Vec3, math::FRAC_1_PI};
 pub struct PrincipledThinParams {
     /// The colour; default 0.5.
     pub base_color: Spectrum,
+    /// Luminance of the base colour where its lanes are not red, green and blue.
+    pub luminance: Option<f32>,
     /// Of the specular lobes; α = roughness²; default 0.5.
     pub roughness: f32,
     /// Stretches highlights along local x; default 0.
@@ -56,6 +58,7 @@ impl Default for PrincipledThinParams {
     fn default() -> Self {
         Self {
             base_color: Spectrum::splat(0.5),
+            luminance: None,
             roughness: 0.5,
             anisotropic: 0.0,
             spec_trans: 0.0,
@@ -77,6 +80,8 @@ impl Default for PrincipledThinParams {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipledThin {
     base: Spectrum,
+    /// The base colour over its luminance: hue and saturation alone.
+    tint: Spectrum,
     reflecting: Microfacets,
     transmitting: Microfacets,
     roughness: f32,
@@ -110,6 +115,7 @@ impl PrincipledThin {
         let sum: f32 = shares.iter().sum();
         Self {
             base: clean(p.base_color),
+            tint: tint(clean(p.base_color), p.luminance),
             reflecting: facets(roughness),
             transmitting: facets((0.65 * sheet - 0.35) * roughness),
             roughness,
@@ -154,7 +160,7 @@ impl Scatter for PrincipledThin {
             let fresnel = fresnel::dielectric(cos, self.sheet).f;
             if reflects {
                 let tinted = if self.spec_tint > 0.0 {
-                    Spectrum::lerp(schlick(cos, self.sheet), tint(self.base) * r0(self.sheet), Spectrum::ONE)
+                    Spectrum::lerp(schlick(cos, self.sheet), self.tint * r0(self.sheet), Spectrum::ONE)
                 } else {
                     Spectrum::ZERO
                 };
@@ -171,7 +177,7 @@ impl Scatter for PrincipledThin {
             let kept = opaque * (1.0 - self.diff_trans);
             f += self.base * (kept * FRAC_1_PI * diffuse(self.roughness, self.flatness, wo.z, wi.z, cos_d));
             if self.sheen > 0.0 {
-                let colour = Spectrum::lerp(self.sheen_tint, Spectrum::ONE, tint(self.base));
+                let colour = Spectrum::lerp(self.sheen_tint, Spectrum::ONE, self.tint);
                 f += colour * (kept * self.sheen * schlick_weight(cos_d.abs()));
             }
         } else if !reflects {

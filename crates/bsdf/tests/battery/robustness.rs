@@ -151,6 +151,7 @@ fn lobe() -> impl Strategy<Value = Lobe> {
                 .into(),
                 9 => Principled::new(PrincipledParams {
                     base_color: s[0],
+                    luminance: None,
                     roughness: x[0],
                     anisotropic: x[1],
                     metallic: x[2],
@@ -169,6 +170,7 @@ fn lobe() -> impl Strategy<Value = Lobe> {
                 .into(),
                 10 => PrincipledThin::new(PrincipledThinParams {
                     base_color: s[0],
+                    luminance: None,
                     roughness: x[0],
                     anisotropic: x[1],
                     spec_trans: x[2],

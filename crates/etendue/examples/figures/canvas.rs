@@ -21,7 +21,12 @@ pub struct Shot<'a> {
 impl Shot<'_> {
     /// The picture, linear.
     pub fn take(&self) -> Drawn<Image> {
-        let loaded = load(self.scene, &LoadOptions { width: Some(self.width), ..LoadOptions::default() })?;
+        self.take_with(LoadOptions::default())
+    }
+
+    /// The same of a scene that is loaded in a way of its own.
+    pub fn take_with(&self, options: LoadOptions) -> Drawn<Image> {
+        let loaded = load(self.scene, &LoadOptions { width: Some(self.width), ..options })?;
         let own = |(name, value): &(&str, &str)| ((*name).to_owned(), (*value).to_owned());
         let options = RenderOptions {
             solver: Some(self.solver.to_owned()),

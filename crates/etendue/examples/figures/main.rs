@@ -10,6 +10,7 @@
 mod approximations;
 mod canvas;
 mod path_vs_light;
+mod spectra;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -34,6 +35,7 @@ const FIGURES: &[Figure] = &[
     Figure { name: "sources", shows: "path and light tracing: the number of lamps", draw: path_vs_light::sources },
     Figure { name: "finite-directions", shows: "gloss as a sum over directions", draw: approximations::finite_directions },
     Figure { name: "patches", shows: "radiance that is constant on each patch", draw: approximations::patches },
+    Figure { name: "spectra", shows: "three numbers for a spectrum", draw: spectra::spectra },
     Figure { name: "ambient", shows: "ambient light for light between surfaces", draw: approximations::ambient },
     Figure { name: "lambertian", shows: "all surfaces diffuse", draw: approximations::lambertian },
 ];

@@ -71,6 +71,7 @@ fn killed_and_resumed() {
     refused(&["--spp", "3000", "--solver", "path"], &["path-mis"]);
     refused(&["--spp", "3000", "--max-depth", "3"], &["settings"]);
     refused(&["--spp", "3000", "--sampler", "independent"], &["settings"]);
+    refused(&["--spp", "3000", "--spectral"], &["settings"]);
     let said = bench.bad(1, &["render", "furnace", "--width", "24", "--spp", "3000", "--resume", "c.ckpt", "-o", "other.exr"]);
     said.says(&["cannot resume", "scene"]);
     bench.write("broken.ckpt", &bench.read("c.ckpt")[..99]);

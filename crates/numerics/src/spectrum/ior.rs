@@ -49,7 +49,7 @@ const fn glass_of(b: [f64; 3], c: [f64; 3]) -> Glass {
     Glass { b, c }
 }
 
-/// Optical glasses by their makers' coefficients [SCHOTT, Optical Glass Data Sheets], and fused silica [Malitson 1965]. `f5`, `f10` and `f11` are
+/// Optical glasses by their makers' coefficients (SCHOTT, Optical Glass Data Sheets), and fused silica [Malitson 1965]. `f5`, `f10` and `f11` are
 /// pbrt's names for the dense flints SF5, SF10 and SF11.
 pub const GLASSES: [(&str, Glass); 11] = [
     ("glass-bk7", glass_of([1.03961212, 0.231792344, 1.01046945], [0.00600069867, 0.0200179144, 103.560653])),

@@ -14,7 +14,7 @@
 //! | without bounds (η, k, a factor above 1) | 2m S of (r, g, b)/2m,  m = max(r, g, b) |
 //! | emission | the same times D65: (1, 1, 1) is the white of Rec.709 |
 //!
-//! Textures look c up in a table ([`Smooth::near`]), for a fit takes some microseconds. It is cut by which channel is the largest, and spans
+//! Textures look c up in a table ([`Smooth::near`]), for a fit takes tens of microseconds. It is cut by which channel is the largest, and spans
 //! z = max(r, g, b) and the square roots of the others over z, 24 nodes each. Since σ(-t) = 1 - σ(t), colours lighter than 1/2 are looked up as the
 //! negatives of their complements; what is interpolated is c √a, a the mean of the channels, which tends to a limit for dark colours as S/z does.
 //! Colours come back from it with an error of 0.0007 on average and 0.004 for one in a hundred, the most saturated dark ones 0.04.
@@ -177,7 +177,7 @@ fn node(largest: usize, [i, j, k]: [usize; 3]) -> [f64; 3] {
     rgb
 }
 
-/// The bytes of the table: half a minute of fits.
+/// The bytes of the table, a fraction of a second.
 pub fn table() -> Vec<u8> {
     let coarse = Quadrature::new(94);
     let mut bytes = Vec::with_capacity(3 * NODES * NODES * NODES * 12);

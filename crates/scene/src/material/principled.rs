@@ -10,6 +10,7 @@ use etendue_bsdf::{
     Event, Lobe,
     lobes::{self, PrincipledParams, PrincipledThinParams},
 };
+use etendue_numerics::Wavelengths;
 
 /// What solids and sheets have in common.
 #[derive(Clone, Debug)]
@@ -64,6 +65,7 @@ impl Single for Principled {
         let c = &self.common;
         lobes::Principled::new(PrincipledParams {
             base_color: at.color(&c.base_color),
+            luminance: c.luminance(at),
             roughness: at.scalar(&c.roughness),
             anisotropic: at.scalar(&c.anisotropic),
             metallic: at.scalar(&self.metallic),
@@ -80,6 +82,13 @@ impl Single for Principled {
             clearcoat_sampling_rate: self.rates[2],
         })
         .into()
+    }
+}
+
+impl PrincipledCommon {
+    /// Luminance of the base colour, where a walk's lanes do not tell.
+    fn luminance(&self, at: &Site) -> Option<f32> {
+        (!at.wl.is_rgb()).then(|| self.base_color.eval(&at.textures, &Wavelengths::Rgb).luminance())
     }
 }
 
@@ -105,6 +114,7 @@ impl Single for PrincipledThin {
         let c = &self.common;
         lobes::PrincipledThin::new(PrincipledThinParams {
             base_color: at.color(&c.base_color),
+            luminance: c.luminance(at),
             roughness: at.scalar(&c.roughness),
             anisotropic: at.scalar(&c.anisotropic),
             spec_trans: at.scalar(&c.spec_trans),
