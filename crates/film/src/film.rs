@@ -1,11 +1,11 @@
 //! The film: exact sums per pixel, in bands of rows that threads lock one at a time.
 
 use crate::fixed::Fixed;
-use crate::splat::{Splat, Stamp, shares};
+use crate::splat::{Splat, Stamps, shares};
 use crate::sums::{NonFinite, Pixel, Sums};
 use crate::tile::{KernelTable, Tile};
-use etendue_numerics::Vec2;
 use etendue_numerics::kernel::Kernel;
+use etendue_numerics::{Vec2, wide};
 use std::sync::{Mutex, PoisonError};
 
 /// Rows of a band.
@@ -125,7 +125,8 @@ impl Film {
             if !near.is_empty() {
                 let mut pixels = lock(band);
                 pixels.resize(width as usize * (bottom - top) as usize, [Fixed::ZERO; 3]);
-                near.iter().for_each(|s| Stamp::new(s, &self.kernel).add(&mut pixels, width as i32, top..bottom));
+                let (kernel, pixels) = (&self.kernel, &mut pixels[..]);
+                wide::widest(Stamps { splats: near, kernel, pixels, width: width as i32, rows: top..bottom });
             }
         }
     }

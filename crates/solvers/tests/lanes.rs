@@ -4,12 +4,15 @@ mod common;
 
 use common::*;
 use etendue_accel::Hit;
-use etendue_numerics::{Sampler, Spectrum};
+use etendue_film::Splat;
+use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::Scene;
+use etendue_solvers::bidirectional::{Bidirectional, Paths, Strategies, worth::Worth};
 use etendue_solvers::drivers::PixelSolver;
 use etendue_solvers::path_mis::PathMis;
-use etendue_solvers::transport::{Context, Heuristic, PathSolver, PathState, Step, trace};
-use etendue_solvers::{PathRules, Stop};
+use etendue_solvers::solver::{CannotGoOn, Needs};
+use etendue_solvers::transport::{Context, Heuristic, PathSolver, PathState, Step, slot, trace};
+use etendue_solvers::{PathRules, Run, Solver, Stop, Work};
 
 /// path-mis, one walk after the other.
 struct OneByOne(PathMis);
@@ -141,4 +144,80 @@ fn a_sky_instances_and_bent_normals() {
         diffuse(0.7),
     ));
     must_be_equal("sky", &mut scene, PathRules::default());
+}
+
+/// bidirectional, one sample after the other.
+struct SampleBySample(Bidirectional);
+
+impl Solver for SampleBySample {
+    type State = Worth;
+
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    fn units(&self, _: [u32; 2]) -> usize {
+        1
+    }
+
+    fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Worth {
+        self.0.prepare(scene, run)
+    }
+
+    fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
+        let all = Strategies { worth: *worth, ..self.0.strategies(scene, run) };
+        let [width, height] = work.film.shape().size;
+        let (mut tile, mut splats, mut paths) = (work.film.tile(), Vec::new(), Paths::default());
+        tile.begin([0, 0], [width, height]);
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let u = Sampler::on_screen(run.sequence, run.seed, [x, y], k, run.planned_samples());
+            let at = Vec2::new(x as f32, y as f32) + u.u2(Dim::at(0, slot::PIXEL));
+            let ray = all.view.sensor.sample_ray(at, u.u2(Dim::at(0, slot::LENS)), 0.0);
+            let eye = PathState::start(ray.ray, Spectrum::splat(ray.weight), Wavelengths::Rgb);
+            let mut l = Spectrum::ZERO;
+            all.sample(eye, &u, &mut paths, &mut |f, _, _| match f.pixel {
+                None => l += f.value * f.weight,
+                Some(position) => splats.push(Splat { position, value: f.value * f.weight, particle: 0 }),
+            });
+            tile.add(at, l, k);
+        }
+        work.film.add_tile(&tile);
+        work.film.add_splats(&splats);
+        work.film.start_particles(u64::from(width) * u64::from(height));
+        work.units.done(0);
+        Ok(())
+    }
+}
+
+/// Bidirectional paths on lanes give the bits of samples one by one: a lone lamp and several, seen through a pinhole and a lens, on flat, round and textured surfaces
+/// whose backs are fronts as well or are not.
+#[test]
+fn bidirectional_paths_of_many_samples_at_once() {
+    let pinhole = camera_with("0, 0, -0.95", "0, 0, 1", "0, 1, 0", 75.0, SIZE, r#"<rfilter type="box"/>"#);
+    let lens = r#""thinlens"><float name="aperture_radius" value="0.1"/><float name="focus_distance" value="1"/>"#;
+    let things = r#"<shape type="sphere"><point name="center" value="-0.4, -0.5, 0.3"/><float name="radius" value="0.4"/>
+            <bsdf type="twosided"><bsdf type="diffuse"/></bsdf></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.3"/><rotate y="1" angle="160"/><translate y="0.4" z="0.2"/></transform>
+            <bsdf type="twosided"><bsdf type="diffuse"><texture type="checkerboard" name="reflectance"/></bsdf></bsdf></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.2"/><rotate x="1" angle="100"/><translate x="0.5" z="0.2"/></transform>
+            <bsdf type="diffuse"/></shape>"#;
+    let second = r#"<shape type="sphere"><point name="center" value="0.5, -0.7, 0.2"/><float name="radius" value="0.1"/>
+            <bsdf type="diffuse"/><emitter type="area"><rgb name="radiance" value="1, 1, 9"/></emitter></shape>"#;
+    let short = PathRules { rr_depth: 1, max_edges: 4, ..PathRules::default() };
+    for (lights, name) in [(LAMP.to_owned(), "a lamp"), (format!("{LAMP}{second}"), "two lamps")] {
+        for camera in [pinhole.clone(), pinhole.replace(r#""perspective">"#, lens)] {
+            let walls = format!(r#"<shape type="cube"><boolean name="flip_normals" value="true"/>{}</shape>"#, diffuse(0.7));
+            let scene = scene(&format!("{camera}{walls}{things}{lights}"));
+            for rules in [PathRules::default(), short, PathRules::default().with_bounces(1..=2)] {
+                for solver in [Bidirectional { exponent: 1, faint: 0.0 }, Bidirectional::default()] {
+                    let bits =
+                        |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
+                    let job = samples(2).with(rules);
+                    let alone = bits(render(&scene, &SampleBySample(solver), job).0);
+                    assert!(alone.iter().any(|x| *x != 0), "{name} is black");
+                    assert!(bits(render(&scene, &solver, job).0) == alone, "{name}, {rules:?}, {solver:?}");
+                }
+            }
+        }
+    }
 }

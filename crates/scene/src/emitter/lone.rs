@@ -27,6 +27,8 @@ pub struct LonePoint {
     pub wi: Vec3,
     /// The point, clear of the lamp.
     pub p: Vec3,
+    /// The lamp's unit normal there.
+    pub n: Vec3,
     /// Density of `wi`, 1/sr.
     pub pdf: f32,
     /// Whether it sends light here.
@@ -60,7 +62,7 @@ impl Lone {
         let d = from - p;
         let distance = d.length();
         let is_there = (pdf > 0.0) & (n.dot(d) > 0.0) & (distance != 0.0);
-        LonePoint { wi: -d / distance, p: offset_origin(p, p_error, n, d), pdf, is_there }
+        LonePoint { wi: -d / distance, p: offset_origin(p, p_error, n, d), n, pdf, is_there }
     }
 }
 
@@ -94,7 +96,7 @@ mod tests {
                 continue;
             };
             far += 1;
-            assert_eq!((got.wi, got.p, got.pdf, lone.le), (want.wi, want.p, want.pdf.value(), want.le));
+            assert_eq!((got.wi, got.p, got.n, got.pdf, lone.le), (want.wi, want.p, want.n, want.pdf.value(), want.le));
         }
         assert!(near > 100 && far > 1000 && behind > 500, "{near} {far} {behind}");
     }

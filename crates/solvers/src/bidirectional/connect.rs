@@ -84,7 +84,7 @@ fn share(others: f32) -> f32 {
 impl<'a> Strategies<'a> {
     /// Whether a path of so many edges may count, null surfaces that a connection passes still to be added.
     #[inline]
-    fn may_count(&self, edges: u32) -> bool {
+    pub(crate) fn may_count(&self, edges: u32) -> bool {
         let rules = &self.c.rules;
         if rules.null_counts && self.c.scene.has_transparent { edges <= rules.max_edges } else { rules.counts(edges) }
     }
@@ -209,9 +209,7 @@ impl<'a> Strategies<'a> {
         // Where both walks go on with one wavelength each has made up for the others: once is enough.
         let r2 = if y.is_alone && z.is_alone { 4.0 * r2 } else { r2 };
         let contribution = (y.beta * at_y.f_cos) * (z.beta * at_z.f_cos) / r2;
-        // One number for all z, turned by the golden ratio from each to the next.
-        let xi = || (u.u1(Dim::at(y.address, slot::WORTH)) + 0.618_034 * z.count as f32).fract();
-        let grown = self.worth.decide(contribution * weight, xi)?;
+        let grown = self.worth.decide(contribution * weight, || Self::number_of_worth(y.address, z.count, u))?;
         let ray = a.spawn_between(b)?;
         *rays += 1;
         let value = arrives(&self.c, &ShadowQuery { ray, contribution: contribution * grown, edges }, &self.wl);
@@ -219,6 +217,12 @@ impl<'a> Strategies<'a> {
             return None;
         }
         Some(Found { s: z.count, t: y.count, value, weight, pixel: None, joint: Joint::Inner(y, z) })
+    }
+
+    /// The number that decides about the shadow ray between y and z: one for all z, turned by the golden ratio from each to the next.
+    #[inline]
+    pub(crate) fn number_of_worth(address: u32, count: u32, u: &impl Numbers) -> f32 {
+        (u.u1(Dim::at(address, slot::WORTH)) + 0.618_034 * count as f32).fract()
     }
 
     /// t = 1: z looks at the lens.
@@ -246,6 +250,13 @@ impl<'a> Strategies<'a> {
     /// s = 1, t = 1: the emitting point itself looks at the lens. Points and single directions are not seen; the surroundings are by s = 0 alone.
     pub fn emitter<'v>(&self, path: &'v LightPath, u: &impl Numbers, rays: &mut u64) -> Option<Found<'v>> {
         let origin = path.origin.as_ref()?;
+        let (query, weight) = self.look_at_emitter(origin, u)?;
+        let value = self.arrives_at_sensor(&query, rays)?;
+        Some(Found { s: 1, t: 1, value, weight, pixel: Some(query.pixel), joint: Joint::Emitter(origin, query.shadow.ray.d) })
+    }
+
+    /// The same before anything is cast, and w.
+    pub(crate) fn look_at_emitter(&self, origin: &Origin, u: &impl Numbers) -> Option<(SensorQuery, f32)> {
         let Place::Surface(x, false) = &origin.place else { return None };
         if !self.may_count(1) {
             return None;
@@ -263,16 +274,14 @@ impl<'a> Strategies<'a> {
             contribution: le * (cos * lens.we / lens.pdf.value()),
             edges: 1,
         };
-        let query = SensorQuery { shadow, pixel: lens.pixel, eye: (lens.p, -lens.wi), surface: Some(x.surface) };
-        let value = self.arrives_at_sensor(&query, rays)?;
-
         let others = power(self.heuristic, self.eye.density(x.p, x.n, -lens.wi), origin.density * self.eye.rho);
-        Some(Found { s: 1, t: 1, value, weight: share(others), pixel: Some(lens.pixel), joint: Joint::Emitter(origin, lens.wi) })
+        let query = SensorQuery { shadow, pixel: lens.pixel, eye: (lens.p, -lens.wi), surface: Some(x.surface) };
+        Some((query, share(others)))
     }
 
     /// The lens as `p` sees it, where that falls within the crop.
     #[inline]
-    fn seen(&self, p: Vec3, address: u32, u: &impl Numbers) -> Option<SensorSample> {
+    pub(crate) fn seen(&self, p: Vec3, address: u32, u: &impl Numbers) -> Option<SensorSample> {
         // Only a lens of some size has a choice.
         let has_size = matches!(self.view.sensor, Sensor::ThinLens(_));
         let lens = if has_size { u.u2(Dim::at(address, light_slot::LENS)) } else { Vec2::ZERO };

@@ -33,6 +33,16 @@ enum Model {
     Around(Spherical),
 }
 
+/// A camera whose rays pass one point, or a lens around it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Center {
+    pub p: Vec3,
+    pub axis: Vec3,
+    pub area: f32,
+    /// ρ.
+    pub rho: f32,
+}
+
 impl Eye {
     /// The camera of a view.
     pub fn new(view: &View) -> Self {
@@ -66,6 +76,14 @@ impl Eye {
             }
             Model::Parallel { density } => cos_y * density,
             Model::Around(m) => cos_y * m.pdf(m.p, w).1.value() / y.distance_squared(m.p),
+        }
+    }
+
+    /// The point that all rays pass, if there is one.
+    pub(crate) fn center(&self) -> Option<Center> {
+        match self.model {
+            Model::Central { p, axis, area } => Some(Center { p, axis, area, rho: self.rho }),
+            Model::Parallel { .. } | Model::Around(_) => None,
         }
     }
 

@@ -17,6 +17,7 @@
 //! | which connections are worth a shadow ray | [`worth`] |
 //! | one strategy alone | [`one`] |
 //! | each strategy's picture | [`strategies`] |
+//! | many samples at once, between diffuse surfaces | `lanes::pairs` |
 //!
 //! One pass is an eye path and a light path for each pixel. Strategies with t ≥ 2 count for the pixel, those with t = 1 are splat where they fall. A lens is
 //! never hit by chance (t = 0): what only that could find, as a laser in a mirror, stays dark.
@@ -43,12 +44,13 @@ pub use path_vertex::PathVertex;
 
 use crate::drivers::Work;
 use crate::drivers::pixels::{SamplePlan, Tiling, camera_ray};
+use crate::lanes::pairs::{Pairs, Plain};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
 use crate::solver::{CannotGoOn, Needs, Solver};
 use crate::transport::{Context, Heuristic, PathRules, PathState, Throughput};
 use etendue_film::{Splat, Tile};
-use etendue_numerics::{Numbers, Spectrum, Vec2, Wavelengths};
+use etendue_numerics::{Numbers, Sampler, Spectrum, Vec2, Wavelengths};
 use etendue_scene::Scene;
 use eye::Eye;
 use path_vertex::Sides;
@@ -215,14 +217,14 @@ impl Solver for Bidirectional {
         let plan = SamplePlan::new(run, k);
         let tiling = Tiling::coarse(work.film.shape().size);
         (0..work.units.len()).into_par_iter().for_each_init(
-            || (work.film.tile(), Paths::default(), Vec::new()),
-            |(tile, paths, splats), unit| {
+            || (work.film.tile(), Paths::default(), None, Vec::new()),
+            |(tile, paths, pairs, splats), unit| {
                 if work.units.is_done(unit) || (work.stop_now)() {
                     return;
                 }
                 let (low, high) = tiling.rectangle(unit);
                 splats.clear();
-                fill(&strategies, run, &plan, tile, low, high, paths, splats, work);
+                fill(&strategies, run, &plan, tile, low, high, paths, pairs, splats, work);
                 let count = u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
                 work.film.add_tile(tile);
                 work.film.add_splats(splats);
@@ -246,6 +248,7 @@ fn fill(
     low: [u32; 2],
     high: [u32; 2],
     paths: &mut Paths,
+    pairs: &mut Option<Pairs>,
     splats: &mut Vec<Splat>,
     work: &Work<'_>,
 ) {
@@ -255,23 +258,42 @@ fn fill(
     let pixels = u64::from(width) * u64::from(height);
     let mut tracked = Vec::new();
     tile.begin(low, high);
-    for y in low[1]..high[1] {
-        for x in low[0]..high[0] {
-            let u = plan.sampler(run, x + film.crop_offset[0], y + film.crop_offset[1]);
-            let (position, eye) = camera_ray(&strategies.c, run, film, [x, y], &u);
-            let particle = u64::from(plan.pass) * pixels + u64::from(y * width + x);
+    let mut taken = |[x, y]: [u32; 2], position: Vec2, l: Spectrum| {
+        tile.add(position, l, plan.pass);
+        if work.replicates.is_some() {
+            tracked.push(([x, y], l.to_rgb()));
+        }
+    };
+    let particle = |[x, y]: [u32; 2]| u64::from(plan.pass) * pixels + u64::from(y * width + x);
+    let places: Vec<[u32; 2]> = (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| [x, y])).collect();
+    let plain = Plain::of(strategies);
+    for some in places.chunks(Pairs::MOST) {
+        let samplers: Vec<Sampler> =
+            some.iter().map(|[x, y]| plan.sampler(run, x + film.crop_offset[0], y + film.crop_offset[1])).collect();
+        let (positions, eyes): (Vec<Vec2>, Vec<PathState>) =
+            some.iter().zip(&samplers).map(|(at, u)| camera_ray(&strategies.c, run, film, *at, u)).unzip();
+        if let Some(plain) = plain.as_ref().filter(|_| eyes.iter().all(|eye| eye.wl.is_rgb())) {
+            let pairs = pairs.get_or_insert_default();
+            pairs.trace(plain, &eyes, &samplers, &mut paths.rays);
+            some.iter().zip(positions).zip(&pairs.l).for_each(|((at, position), l)| taken(*at, position, *l));
+            let splat = |(i, pixel, value): &(u32, Vec2, Spectrum)| Splat {
+                position: *pixel - corner,
+                value: *value,
+                particle: particle(some[*i as usize]),
+            };
+            splats.extend(pairs.splats.iter().map(splat));
+            continue;
+        }
+        for ((at, u), (position, eye)) in some.iter().zip(&samplers).zip(positions.into_iter().zip(eyes)) {
             let (wl, mut l) = (eye.wl, Spectrum::ZERO);
-            strategies.sample(eye, &u, paths, &mut |f, _, _| {
+            strategies.sample(eye, u, paths, &mut |f, _, _| {
                 let value = wl.to_rgb(f.value * f.weight);
                 match f.pixel {
                     None => l += value,
-                    Some(pixel) => splats.push(Splat { position: pixel - corner, value, particle }),
+                    Some(pixel) => splats.push(Splat { position: pixel - corner, value, particle: particle(*at) }),
                 }
             });
-            tile.add(position, l, plan.pass);
-            if work.replicates.is_some() {
-                tracked.push(([x, y], l.to_rgb()));
-            }
+            taken(*at, position, l);
         }
     }
     if let Some(replicates) = work.replicates {

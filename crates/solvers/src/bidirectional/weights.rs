@@ -28,7 +28,7 @@
 use crate::transport::Heuristic;
 
 /// Ratios beyond this are as good as infinite; keeps products of two finite.
-const LARGE: f32 = 1e15;
+pub(crate) const LARGE: f32 = 1e15;
 
 /// r^β.
 #[inline]

@@ -1,8 +1,9 @@
 //! Points on the lights, on lanes where there is but one lamp: `Scene::sample_light`.
 
-use super::vertices::Vertices;
+use super::vertices::{Lights, Vertices};
 use crate::transport::Context;
 use etendue_numerics::{Vec2, Wavelengths, wide};
+use etendue_scene::emitter::LonePoint;
 use etendue_scene::{LightQuery, Lone};
 
 /// Chooses a light point for each vertex.
@@ -36,12 +37,18 @@ impl wide::Job for OfLamp<'_> {
         let v = self.v;
         for i in 0..v.lanes() {
             let point = self.lamp.sample(v.p.get(i), Vec2::new(v.u_point[0][i], v.u_point[1][i]));
-            v.light.wi.set(i, point.wi);
-            v.light.p.set(i, point.p);
-            v.light.le.set_spectrum(i, self.lamp.le);
-            v.light.pdf[i] = point.pdf;
-            (v.light.is_delta[i], v.light.is_near[i]) = (0, 1);
-            v.light.is_there[i] = u32::from(point.is_there);
+            put(&mut v.light, i, self.lamp, &point);
         }
     }
+}
+
+/// Notes a point on the lamp.
+#[inline(always)]
+pub(super) fn put(light: &mut Lights, i: usize, lamp: &Lone, point: &LonePoint) {
+    light.wi.set(i, point.wi);
+    light.p.set(i, point.p);
+    light.le.set_spectrum(i, lamp.le);
+    light.pdf[i] = point.pdf;
+    (light.is_delta[i], light.is_near[i]) = (0, 1);
+    light.is_there[i] = u32::from(point.is_there);
 }

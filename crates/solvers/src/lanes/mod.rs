@@ -13,6 +13,7 @@
 
 mod connect;
 mod light;
+pub(crate) mod pairs;
 mod place;
 mod turn;
 mod vertices;

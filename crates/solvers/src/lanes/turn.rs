@@ -47,12 +47,18 @@ impl wide::Job for Turn<'_> {
             v.goes_on[i] = u32::from(above & alive);
         }
         if self.roulette {
-            for i in 0..v.lanes() {
-                let [x, y, z, w] = v.beta.get(i);
-                let q = roulette_survival(x.max(y).max(z).max(w), v.roulette_scale[i]);
-                v.beta.set(i, [x / q, y / q, z / q, w / q]);
-                v.goes_on[i] &= u32::from(v.u_lobe[1][i] < q);
-            }
+            survive(v);
         }
+    }
+}
+
+/// Russian roulette.
+#[inline(always)]
+pub(super) fn survive(v: &mut Vertices) {
+    for i in 0..v.lanes() {
+        let [x, y, z, w] = v.beta.get(i);
+        let q = roulette_survival(x.max(y).max(z).max(w), v.roulette_scale[i]);
+        v.beta.set(i, [x / q, y / q, z / q, w / q]);
+        v.goes_on[i] &= u32::from(v.u_lobe[1][i] < q);
     }
 }

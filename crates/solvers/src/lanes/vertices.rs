@@ -16,7 +16,7 @@ pub(super) type Lane<T = f32> = [T; LANES];
 pub(super) struct Lane3([Lane; 3]);
 
 impl Lane3 {
-    const ZERO: Self = Self([[0.0; LANES]; 3]);
+    pub const ZERO: Self = Self([[0.0; LANES]; 3]);
 
     #[inline(always)]
     pub fn get(&self, i: usize) -> Vec3 {
@@ -34,7 +34,7 @@ impl Lane3 {
 pub(super) struct Colours([Lane; 4]);
 
 impl Colours {
-    const ZERO: Self = Self([[0.0; LANES]; 4]);
+    pub const ZERO: Self = Self([[0.0; LANES]; 4]);
 
     #[inline(always)]
     pub fn get(&self, i: usize) -> [f32; 4] {
@@ -44,6 +44,12 @@ impl Colours {
     #[inline(always)]
     pub fn set(&mut self, i: usize, [x, y, z, w]: [f32; 4]) {
         (self.0[0][i], self.0[1][i], self.0[2][i], self.0[3][i]) = (x, y, z, w);
+    }
+
+    /// The three lanes of an RGB colour.
+    #[inline(always)]
+    pub fn rgb(&self, i: usize) -> Vec3 {
+        Vec3::new(self.0[0][i], self.0[1][i], self.0[2][i])
     }
 
     #[inline(always)]
@@ -197,6 +203,12 @@ impl Vertices {
         self.count = 0;
         self.samplers.clear();
         self.wl.clear();
+    }
+
+    /// Sets the number of vertices: those below it may be set one by one, in any order, each as the last.
+    #[inline(always)]
+    pub fn set_count(&mut self, count: usize) {
+        self.count = count;
     }
 
     #[inline(always)]
