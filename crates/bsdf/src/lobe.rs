@@ -121,6 +121,7 @@ lobes!(
     PrincipledThin,
     Phong,
     CoatedDiffuse,
+    Layered,
     DiffuseTransmission,
     Null,
 );

@@ -206,6 +206,10 @@ fn coated() -> Vec<Row> {
     let coated = |name: &str, p: CoatedDiffuseParams, energy| Row::new(name, CoatedDiffuse::new(p, &p.coat()), energy);
     let d = CoatedDiffuseParams::default();
     let white = CoatedDiffuseParams { reflectance: Spectrum::ONE, thickness: 0.0, bounces: 1000, ..d };
+    // Estimates are symmetric in the mean only: `bent`.
+    let layered = |name: &str, p: LayeredParams, least| Row::new(name, Layered::new(p), Energy::AtLeast(least)).bent();
+    let l = LayeredParams::default();
+    let gold = |alpha: Option<[f32; 2]>| Ground::Metal(GOLD.0, GOLD.1, alpha);
     let sheet = |reflectance, transmittance| DiffuseTransmission::new(DiffuseTransmissionParams { reflectance, transmittance });
     vec![
         coated("coated diffuse", d, Energy::AtLeast(0.3)),
@@ -218,6 +222,13 @@ fn coated() -> Vec<Row> {
             CoatedDiffuseParams { reflectance: Spectrum::ZERO, alpha: Some(0.01), ..d },
             Energy::AtLeast(0.01),
         ),
+        layered("layered diffuse", l, 0.3),
+        layered("layered diffuse, rough", LayeredParams { alpha: Some([0.1, 0.3]), ..l }, 0.2),
+        layered("layered diffuse, hazy", LayeredParams { albedo: Spectrum::splat(0.8), thickness: 0.5, g: 0.4, ..l }, 0.2),
+        layered("layered gold", LayeredParams { ground: gold(Some([0.2, 0.2])), ..l }, 0.2),
+        layered("layered gold, both rough", LayeredParams { ground: gold(Some([0.3, 0.1])), alpha: Some([0.2, 0.2]), ..l }, 0.15),
+        layered("layered gold, rough over a mirror", LayeredParams { ground: gold(None), alpha: Some([0.2, 0.2]), ..l }, 0.15),
+        layered("layered mirror", LayeredParams { ground: gold(None), ..l }, 0.2),
         Row::new("diffuse transmission", sheet(Spectrum::rgb(0.3, 0.2, 0.1), Spectrum::rgb(0.2, 0.5, 0.3)), Energy::AtLeast(0.3)),
         Row::new("diffuse transmission, white", sheet(Spectrum::splat(0.25), Spectrum::splat(0.75)), Energy::Kept),
         Row::new("diffuse transmission, one way", sheet(Spectrum::ZERO, Spectrum::splat(0.5)), Energy::AtLeast(0.49)),

@@ -24,6 +24,7 @@ const MODELS: &[&str] = &[
     "principledthin",
     "phong",
     "coateddiffuse",
+    "coatedconductor",
     "diffusetransmission",
     "null",
     "mask",
@@ -35,7 +36,6 @@ const MODELS: &[&str] = &[
 
 /// Models that Mitsuba knows and that are refused here, with the reason.
 const REFUSED: &[(&str, &str)] = &[
-    ("coatedconductor", "metals under a layer cannot be rendered yet; `roughconductor` comes near"),
     ("hair", "hair fibres cannot be rendered yet"),
     ("measured", "tabulated measurements cannot be rendered yet"),
     ("measured_polarized", "étendue does not track polarisation"),
@@ -113,6 +113,7 @@ impl<'a> Compiler<'a> {
             "principledthin" => Some(self.principled_thin(p)),
             "phong" => Some(self.phong(p)),
             "coateddiffuse" => Some(self.coated_diffuse(p)),
+            "coatedconductor" => Some(self.coated_conductor(p)),
             "diffusetransmission" => Some(self.diffuse_transmission(p)),
             "null" => Some(Null.into()),
             "mask" => self.mask(p),

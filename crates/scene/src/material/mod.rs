@@ -29,7 +29,7 @@ mod roughness;
 mod two_sided;
 
 pub use blend::Blend;
-pub use coated::CoatedDiffuse;
+pub use coated::{CoatedDiffuse, LayerGround, LayerRoughness, Layered};
 pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::{Dielectric, RoughDielectric, ThinDielectric};
 pub use diffuse::Diffuse;
@@ -198,6 +198,8 @@ materials! {
     Phong,
     /// A diffuse ground under a layer.
     CoatedDiffuse,
+    /// Any ground under any layer.
+    Layered,
     /// Diffuse to both sides.
     DiffuseTransmission,
     /// Nothing there.

@@ -2,8 +2,8 @@
 
 use super::Compiler;
 use crate::material::{
-    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Material, Phong, Plastic, Principled, PrincipledCommon,
-    PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
+    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, LayerGround, LayerRoughness, Layered, Material, Phong, Plastic,
+    Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
 };
 use crate::texture::{Color, ColorSlot, ScalarSlot};
 use etendue_bsdf::{Ndf, lobes};
@@ -263,22 +263,52 @@ impl<'a> Compiler<'a> {
         .into()
     }
 
+    /// The layer's parameters, its boundary, and the albedo of its particles.
+    fn layer(&mut self, p: &mut Params<'a>) -> (lobes::LayeredParams, LayerRoughness, ColorSlot) {
+        let eta = self.eta(p, 1.5);
+        let boundary = self.layer_roughness(p, ["alpha_u", "alpha_v", "remap_roughness"]);
+        let albedo = self.reflectance(p, "albedo", 0.0);
+        let params = lobes::LayeredParams {
+            eta,
+            thickness: p.float(self.diagnostics, "thickness", 0.01, 0.0..=1e3) as f32,
+            g: p.float(self.diagnostics, "g", 0.0, -0.99..=0.99) as f32,
+            max_depth: p.integer(self.diagnostics, "max_depth", 10, 1..=1000) as u32,
+            samples: p.integer(self.diagnostics, "samples", 1, 1..=1000) as u32,
+            ..Default::default()
+        };
+        (params, boundary, albedo)
+    }
+
+    fn layer_roughness(&mut self, p: &mut Params<'a>, [u, v, remap]: [&'static str; 3]) -> LayerRoughness {
+        let remap = p.bool(self.diagnostics, remap, false);
+        LayerRoughness { alpha: [u, v].map(|name| self.scalar(p, name, 0.0, NOT_NEGATIVE)), remap }
+    }
+
     pub(super) fn coated_diffuse(&mut self, p: &mut Params<'a>) -> Material {
         let reflectance = self.reflectance(p, "reflectance", 0.5);
-        let eta = self.eta(p, 1.5);
-        let alpha = ["alpha_u", "alpha_v"].map(|name| self.scalar(p, name, 0.0, NOT_NEGATIVE));
-        let thickness = p.float(self.diagnostics, "thickness", 0.01, 0.0..=1e3) as f32;
-        let depth = p.integer(self.diagnostics, "max_depth", 10, 1..=1000) as u32;
-        p.ignore(&["samples", "g", "albedo", "remap_roughness"]);
-        let alpha = match alpha {
-            [ScalarSlot::Constant(u), ScalarSlot::Constant(v)] => (u.max(v) >= 1e-3).then(|| (u * v).sqrt().max(1e-4)),
-            _ => None,
-        };
-        CoatedDiffuse::new(
-            reflectance,
-            lobes::CoatedDiffuseParams { eta, alpha, thickness, bounces: depth.div_ceil(2), ..Default::default() },
-        )
-        .into()
+        let (params, boundary, albedo) = self.layer(p);
+        let clear = matches!(&albedo, ColorSlot::Constant(c) if c.to_rgb() == [0.0; 3]);
+        // A clear layer with an even boundary has a sum that is known.
+        match boundary.alpha {
+            [ScalarSlot::Constant(u), ScalarSlot::Constant(v)] if u == v && clear && !boundary.remap => {
+                let coated = lobes::CoatedDiffuseParams {
+                    eta: params.eta,
+                    alpha: (u >= 1e-3).then_some(u),
+                    thickness: params.thickness,
+                    bounces: params.max_depth.div_ceil(2),
+                    ..Default::default()
+                };
+                CoatedDiffuse::new(reflectance, coated).into()
+            }
+            _ => Layered { ground: LayerGround::Diffuse(reflectance), boundary, albedo, params }.into(),
+        }
+    }
+
+    pub(super) fn coated_conductor(&mut self, p: &mut Params<'a>) -> Material {
+        let metal = self.metal(p);
+        let base = self.layer_roughness(p, ["base_alpha_u", "base_alpha_v", "base_remap_roughness"]);
+        let (params, boundary, albedo) = self.layer(p);
+        Layered { ground: LayerGround::Metal(Box::new(metal), base), boundary, albedo, params }.into()
     }
 
     pub(super) fn diffuse_transmission(&mut self, p: &mut Params<'a>) -> Material {
