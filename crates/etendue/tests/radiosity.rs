@@ -62,6 +62,12 @@ fn files_are_what_other_programs_read() {
         }
     }
 
+    // The lightmap in floating point: its corner texels have the radiance of the brightest and the darkest patch.
+    let atlas = export::lightmap(&loaded, &solved).expect("a picture");
+    let most = atlas.data().iter().copied().fold(0.0f32, f32::max);
+    let lamp = solved.solution.b.iter().map(|b| b.max_element()).fold(0.0, f64::max) / PI;
+    assert!((f64::from(most) / lamp - 1.0).abs() < 0.05 && most > 1.0, "{most} for {lamp}");
+
     // PLY, by our own reader.
     let ply = file(&folder, "box.ply", &bytes("ply", false));
     let again = scene(&folder, &format!(r#"<shape type="ply"><string name="filename" value="{ply}"/></shape>"#));

@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use etendue_radiosity::PatchSize;
-use etendue_radiosity::form_factor::{FormFactors, Hemisphere, hemisphere};
+use etendue_radiosity::form_factor::{FormFactors, Hemisphere, Open, hemisphere};
 use etendue_radiosity::{Patches, Side, Sides};
 use etendue_scene::Scene;
 use std::f64::consts::PI;
@@ -80,7 +80,7 @@ fn a_closed_box_is_repaired_to_double_precision() {
     let mut f = cast(&scene, &patches, 1024);
     assert!((0..f.len()).all(|i| (f.row_sum(i) - 1.0).abs() < 1e-6), "rows close by construction");
     let before = f.clone();
-    let told = f.repair(&areas);
+    let told = f.repair(&areas, Open::WithLosses);
     assert!(told.closed && told.closure_after <= 1e-12 && told.reciprocity_before > 1e-3);
     assert!(told.moved_by_symmetry > 0.0 && told.moved_by_symmetry < 0.3 && told.moved_by_scaling < told.moved_by_symmetry);
     for i in 0..f.len() {
@@ -106,7 +106,7 @@ fn what_an_open_scene_loses_is_reported() {
     let patches = cut(&open, PatchSize::Metres(0.25));
     let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
     let mut f = cast(&open, &patches, 4096);
-    let told = f.repair(&areas);
+    let told = f.repair(&areas, Open::WithLosses);
     assert!(!told.closed && told.closure_after <= 1e-12, "{told:?}");
     let escaped: f64 = f.escaped.iter().zip(&areas).map(|(e, a)| e * a).sum::<f64>() / 2.0;
     assert!((escaped - (1.0 - facing())).abs() < 1e-3, "{escaped}");
@@ -129,7 +129,7 @@ fn the_same_bits_at_any_number_of_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let mut f = cast(&scene, &patches, 256);
-            let told = f.repair(&areas);
+            let told = f.repair(&areas, Open::WithLosses);
             (f.matrix.rows, f.matrix.errors, f.right, f.to_objects.expect("counted").rows, told)
         })
     };

@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use etendue_radiosity::form_factor::{FormFactors, Hemisphere, Pairs, analytic, by_area, hemisphere};
+use etendue_radiosity::form_factor::{FormFactors, Hemisphere, Open, Pairs, analytic, by_area, hemisphere};
 use etendue_radiosity::patch::Fault;
 use etendue_radiosity::{PatchSize, Patches, Sides};
 use etendue_scene::Scene;
@@ -105,7 +105,7 @@ fn a_room_with_a_box_closes() {
             }
         }
         assert!(off / total < 1e-3, "{name}: {} of all light goes elsewhere", off / total);
-        let told = f.repair(&areas);
+        let told = f.repair(&areas, Open::WithLosses);
         assert!(told.closed && told.closure_after <= 1e-12 && told.closure_before < 1e-3, "{told:?}");
         assert!((0..n).all(|i| f.row(i).all(|(_, x)| (0.0..=1.0).contains(&x))));
     }
@@ -125,7 +125,7 @@ fn a_room_with_a_box_closes() {
     }
     // t of about 30 degrees of freedom: the mean square is 30/28, its own spread 1.5 / √count; five of them.
     assert!(count > 200.0 && (sum / count - 1.07f64).abs() < 7.5 / f64::sqrt(count), "chi² {sum} of {count} pairs");
-    let told = cast.repair(&areas);
+    let told = cast.repair(&areas, Open::WithLosses);
     assert!(told.closed && told.closure_after <= 1e-12, "{told:?}");
 }
 

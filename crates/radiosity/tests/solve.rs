@@ -3,7 +3,7 @@
 mod common;
 
 use common::*;
-use etendue_radiosity::form_factor::{FormFactors, Matrix, Rows};
+use etendue_radiosity::form_factor::{FormFactors, Matrix, Open, Rows};
 use etendue_radiosity::patch::PatchSize;
 use etendue_radiosity::solve::{Equation, Until, direct, lights};
 use etendue_radiosity::solved::{Factors, Method, Settings, Solved};
@@ -24,7 +24,7 @@ fn cube() -> FormFactors {
     }
     let begins = (0..=6).map(|i| 5 * i).collect();
     let mut factors = FormFactors::new(Matrix { rows: Rows::new((6, 6), begins, columns, values), errors: Vec::new() });
-    factors.repair(&[1.0; 6]);
+    factors.repair(&[1.0; 6], Open::WithLosses);
     factors
 }
 

@@ -10,6 +10,7 @@
 mod approximations;
 mod canvas;
 mod path_vs_light;
+mod radiosity;
 mod spectra;
 
 use std::path::{Path, PathBuf};
@@ -37,6 +38,12 @@ const FIGURES: &[Figure] = &[
     Figure { name: "patches", shows: "radiance that is constant on each patch", draw: approximations::patches },
     Figure { name: "spectra", shows: "three numbers for a spectrum", draw: spectra::spectra },
     Figure { name: "ambient", shows: "ambient light for light between surfaces", draw: approximations::ambient },
+    Figure {
+        name: "radiosity-convergence",
+        shows: "radiosity: its error against the number of patches",
+        draw: radiosity::convergence,
+    },
+    Figure { name: "radiosity-growth", shows: "radiosity: time and memory against the number of patches", draw: radiosity::growth },
     Figure { name: "lambertian", shows: "all surfaces diffuse", draw: approximations::lambertian },
 ];
 
@@ -46,12 +53,20 @@ fn main() -> ExitCode {
         FIGURES.iter().for_each(|f| println!("{:<20}{}", f.name, f.shows));
         return ExitCode::SUCCESS;
     };
+    if name == radiosity::CHILD {
+        return ended(&name, radiosity::growth_of(&arguments.collect::<Vec<_>>()));
+    }
     let folder = arguments.next().map_or_else(|| repository().join("docs/images"), PathBuf::from);
     let Some(figure) = FIGURES.iter().find(|f| f.name == name) else {
         eprintln!("there is no figure `{name}`; without a name they are listed");
         return ExitCode::from(2);
     };
-    match (figure.draw)(&folder) {
+    ended(&name, (figure.draw)(&folder))
+}
+
+/// How it ended, told.
+fn ended(name: &str, drawn: Drawn) -> ExitCode {
+    match drawn {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             eprintln!("{name}: {e}");

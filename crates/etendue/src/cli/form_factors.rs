@@ -135,16 +135,32 @@ fn summary(shapes: &ShapeFactors) {
     let f = &shapes.factors;
     let (patches, entries) = (shapes.patches.len(), f.matrix.rows.nnz());
     output::message(&format!("{patches} patches, {entries} factors above zero, method {}", shapes.method));
-    let (chi_square, pairs) = shapes.reciprocity;
-    if pairs > 0 {
-        output::message(&format!("reciprocity: chi-square {chi_square:.1} over {pairs} pairs that both sides have seen"));
+    let (chi_square, pairs, largest) = shapes.reciprocity;
+    // Methods that go from pair to pair are reciprocal but for rounding.
+    if chi_square > 1e-3 {
+        let rms = (chi_square / pairs as f64).sqrt();
+        output::message(&format!(
+            "reciprocity: of {pairs} pairs that both sides have seen, the two differ by {rms:.2} standard errors (rms), by {largest:.1} at most"
+        ));
     }
     if let Some(r) = shapes.repair {
-        let kind = if r.closed { "a closed" } else { "an open" };
+        let noise = if r.moved_by_noise > 0.0 {
+            format!(" (noise alone is expected to move {:.2e})", r.moved_by_noise)
+        } else {
+            String::new()
+        };
+        let told = if r.closed {
+            format!("repair of a closed scene: rows were up to {:.1e} off and are {:.1e}", r.closure_before, r.closure_after)
+        } else {
+            "repair of an open scene: made reciprocal only".to_owned()
+        };
         output::message(&format!(
-            "repair of {kind} scene: rows were up to {:.1e} off and are {:.1e}; reciprocity was {:.1e} off; {:.2e} of all light moved to make it \
-             symmetric, {:.2e} to close rows",
-            r.closure_before, r.closure_after, r.reciprocity_before, r.moved_by_symmetry, r.moved_by_scaling
+            "{told}; pairs were {:.1e} off on the whole and are 0; {:.2e} of all light moved to make them agree{noise}, {:.2e} {} ({} sweeps)",
+            r.reciprocity_before,
+            r.moved_by_symmetry,
+            r.moved_by_scaling,
+            if r.closed { "to close rows" } else { "so that no row exceeds one" },
+            r.sweeps
         ));
         let areas = shapes.patches.patches.iter().map(|p| p.area);
         let total: f64 = areas.clone().sum();

@@ -48,7 +48,7 @@ pub struct RadiosityArguments {
     /// Also write light of exactly 0, 1, 2, … bounces, its running sum, and a contact sheet, named after the first picture.
     #[arg(long)]
     bounce_images: bool,
-    /// Colours of a .glb as a lightmap on the second UV set, not at its vertices.
+    /// Colours of a .glb as a lightmap on the second UV set, not at its vertices; beside it NAME-lightmap.exr, radiance in W/(m² sr).
     #[arg(long)]
     lightmap: bool,
     /// K, lm/W, that turns watts into lumens.
@@ -258,6 +258,13 @@ pub fn run(a: &RadiosityArguments) -> Done {
         let bytes = export::write(&loaded, &solved, &ending(path), a.luminous_efficacy, a.lightmap)?;
         write_atomically(path, &bytes).map_err(|e| format!("cannot write {}: {e}", path.display()))?;
         wrote(path);
+        if a.lightmap && ending(path) == "glb" {
+            let stem = path.file_stem().map_or(loaded.name.clone(), |s| s.to_string_lossy().into_owned());
+            let beside = path.with_file_name(format!("{stem}-lightmap.exr"));
+            let picture = export::lightmap(&loaded, &solved)?.into();
+            save(&beside, &picture, &SaveOptions::default()).map_err(|e| e.to_string())?;
+            wrote(&beside);
+        }
     }
     if let Some(path) = &a.stats {
         let json = serde_json::to_string_pretty(&report).map_err(|e| e.to_string())? + "\n";
@@ -320,8 +327,13 @@ fn tell(r: &Report) {
         return;
     }
     let sum = |x: [f64; 3]| x.iter().sum::<f64>();
+    let noise = if r.moved_by_noise > 0.0 {
+        format!(", where the noise of the rays alone is expected to move {:.2} %", 100.0 * r.moved_by_noise)
+    } else {
+        String::new()
+    };
     output::message(&format!(
-        "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; {:.2} % of the light was moved",
+        "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; that moved {:.2} % of the light{noise}",
         r.patches,
         r.factors,
         r.method,

@@ -47,16 +47,16 @@ pub fn json(shapes: &ShapeFactors, patches: bool) -> Value {
             "closed": r.closed, "sweeps": r.sweeps,
             "closure_error_before": r.closure_before, "closure_error_after": r.closure_after,
             "reciprocity_error_before": r.reciprocity_before,
-            "moved_by_symmetry": r.moved_by_symmetry, "moved_by_scaling": r.moved_by_scaling,
+            "moved_by_symmetry": r.moved_by_symmetry, "moved_by_noise": r.moved_by_noise, "moved_by_scaling": r.moved_by_scaling,
         })
     });
-    let (chi_square, pairs) = shapes.reciprocity;
+    let (chi_square, pairs, largest_z) = shapes.reciprocity;
     let mut all = json!({
         "method": shapes.method,
         "shapes": objects,
         "between_shapes": between(shapes),
         "escaped": mean_lost(&f.escaped), "absorbed_by_backs": mean_lost(&f.absorbed),
-        "reciprocity": {"chi_square": chi_square, "pairs": pairs},
+        "reciprocity": {"chi_square": chi_square, "pairs": pairs, "largest_z": largest_z},
         "repair": repair,
         "defects": shapes.defects,
         "warnings": shapes.warnings,

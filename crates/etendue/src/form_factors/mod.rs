@@ -16,7 +16,7 @@ use crate::load::Loaded;
 use crate::surfaces::{self, Defect};
 use crate::{memory, pool, render::RenderError};
 use etendue_description::nearest;
-use etendue_radiosity::form_factor::{FormFactors, Method, Repair, Watch};
+use etendue_radiosity::form_factor::{FormFactors, Method, Open, Repair, Watch};
 use etendue_radiosity::{Cutting, Patches};
 use std::ops::Range;
 
@@ -46,8 +46,8 @@ pub struct ShapeFactors {
     pub repair: Option<Repair>,
     /// The same factors between shapes as estimated, before the repair: F and its standard error, row by row.
     pub between: Vec<Vec<(f64, f64)>>,
-    /// Chi-square of A_i F_ij = A_j F_ji before the repair over pairs that both sides have seen, and their number.
-    pub reciprocity: (f64, usize),
+    /// Of z = (A_i F_ij - A_j F_ji) / SE before the repair, over pairs that both sides have seen: Σ z², their number, the largest |z|.
+    pub reciprocity: (f64, usize, f64),
     /// What is wrong with the surfaces.
     pub defects: Vec<Defect>,
     /// What should be said about the scene: of defects the first few.
@@ -84,7 +84,7 @@ fn form_factors_here(loaded: &Loaded, options: &FormFactorOptions, watch: &Watch
     let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
     let between = between(&patches, &factors);
     let reciprocity = reciprocity(&factors, &areas);
-    let repair = options.repair.then(|| factors.repair(&areas));
+    let repair = options.repair.then(|| factors.repair(&areas, Open::Reciprocal));
     if let Some(told) = repair.filter(|r| r.closure_after > 1e-12) {
         warnings.push(format!("after {} sweeps rows are still {:.1e} off", told.sweeps, told.closure_after));
     }
@@ -121,23 +121,25 @@ fn between(patches: &Patches, factors: &FormFactors) -> Vec<Vec<(f64, f64)>> {
     patches.objects.iter().map(|o| row(o.patches.clone())).collect()
 }
 
-/// Σ z² over pairs with z = (A_i F_ij - A_j F_ji) / SE, and how many there are: both sides must have seen enough of each other for their errors
-/// to be known.
-fn reciprocity(factors: &FormFactors, areas: &[f64]) -> (f64, usize) {
+/// Σ z² over pairs with z = (A_i F_ij - A_j F_ji) / SE, how many there are, and the largest |z|: both sides must have seen enough of each other for
+/// their errors to be known.
+fn reciprocity(factors: &FormFactors, areas: &[f64]) -> (f64, usize, f64) {
     /// Standard errors that F must be above zero.
     const SEEN: f64 = 5.0;
-    let (mut sum, mut count) = (0.0, 0);
+    let (mut sum, mut count, mut most) = (0.0, 0, 0.0f64);
     for i in 0..factors.len() {
         for (j, f) in factors.row(i).filter(|(j, _)| *j < i) {
             let (back, errors) = (factors.get(j, i), [factors.error(i, j), factors.error(j, i)]);
             if errors[0] > 0.0 && errors[1] > 0.0 && f > SEEN * errors[0] && back > SEEN * errors[1] {
                 let variance = (areas[i] * errors[0]).powi(2) + (areas[j] * errors[1]).powi(2);
-                sum += (areas[i] * f - areas[j] * back).powi(2) / variance;
+                let z2 = (areas[i] * f - areas[j] * back).powi(2) / variance;
+                sum += z2;
+                most = most.max(z2.sqrt());
                 count += 1;
             }
         }
     }
-    (sum, count)
+    (sum, count, most)
 }
 
 impl ShapeFactors {

@@ -87,6 +87,11 @@ pub fn write(loaded: &Loaded, solved: &Solved, ending: &str, efficacy: f64, ligh
     }
 }
 
+/// The lightmap of a `.glb` in floating point: radiance, W/(m² sr), linear Rec.709.
+pub fn lightmap(loaded: &Loaded, solved: &Solved) -> Result<etendue_image::Image, String> {
+    glb::lightmap(&Corners::new(loaded, solved, &irradiance(solved)))
+}
+
 fn csv(loaded: &Loaded, solved: &Solved, h: &[DVec3], efficacy: f64) -> String {
     let three = |name: &str| format!("{name}_r,{name}_g,{name}_b");
     let mut text = format!(

@@ -4,7 +4,8 @@
 //! - with a lightmap: `TEXCOORD_1` leads into an atlas of 4 x 4 texels a patch. The four in the middle are its corners, so that the texture's own
 //!   bilinear filter is the field's interpolation; those around repeat them, so that no filter reaches a neighbour's light.
 //!
-//! `asset.extras` tells the radiance that white stands for.
+//! `asset.extras` tells the radiance that white stands for. The lightmap within is for display, 8 bits; [`lightmap`] is the same in floating point,
+//! in W/(m² sr) and without a limit.
 
 use super::export::{Corners, display, white};
 use etendue_image::{Encoding, Format, Image, Picture, SaveOptions, encode};
@@ -85,13 +86,13 @@ pub(super) fn write(corners: &Corners, lightmap: bool) -> Result<Vec<u8>, String
     });
     let mut root = json!({});
     if lightmap {
-        let atlas = Atlas::new(corners, white);
+        let atlas = Atlas::new(corners);
         // Both sets are the lightmap's: there is no other texture, and readers of old want a first set.
         let uv = buffer.floats(&atlas.uv, false);
         attributes["TEXCOORD_0"] = uv.into();
         attributes["TEXCOORD_1"] = uv.into();
         material["pbrMetallicRoughness"]["baseColorTexture"] = json!({ "index": 0, "texCoord": 1 });
-        let image = buffer.view(&atlas.png()?, None);
+        let image = buffer.view(&atlas.png(white)?, None);
         root["images"] = json!([{ "bufferView": image, "mimeType": "image/png" }]);
         root["samplers"] = json!([{ "magFilter": LINEAR, "minFilter": LINEAR, "wrapS": CLAMP_TO_EDGE, "wrapT": CLAMP_TO_EDGE }]);
         root["textures"] = json!([{ "source": 0, "sampler": 0 }]);
@@ -116,6 +117,13 @@ pub(super) fn write(corners: &Corners, lightmap: bool) -> Result<Vec<u8>, String
     container(&root, &buffer.bytes)
 }
 
+/// The lightmap by itself: radiance L = B/π, W/(m² sr), linear Rec.709, for the same second UV set.
+pub(super) fn lightmap(corners: &Corners) -> Result<Image, String> {
+    let atlas = Atlas::new(corners);
+    let radiance = atlas.texels.iter().flat_map(|b| (*b / std::f64::consts::PI).as_vec3().to_array()).collect();
+    Image::rgb(atlas.side, atlas.side, radiance).map_err(|e| e.to_string())
+}
+
 /// Header, JSON chunk, binary chunk.
 fn container(root: &Value, binary: &[u8]) -> Result<Vec<u8>, String> {
     let mut text = root.to_string().into_bytes();
@@ -131,23 +139,24 @@ fn container(root: &Value, binary: &[u8]) -> Result<Vec<u8>, String> {
 struct Atlas {
     /// Texels along a side.
     side: usize,
-    texels: Vec<[u8; 3]>,
+    /// B, W/m².
+    texels: Vec<DVec3>,
     /// Of each corner.
     uv: Vec<[f32; 2]>,
 }
 
 impl Atlas {
-    fn new(corners: &Corners, white: f64) -> Self {
+    fn new(corners: &Corners) -> Self {
         let columns = (corners.patches.len() as f64).sqrt().ceil().max(1.0) as usize;
         let side = columns * TILE;
-        let mut atlas = Self { side, texels: vec![[0; 3]; side * side], uv: vec![[0.0; 2]; corners.points.len()] };
+        let mut atlas = Self { side, texels: vec![DVec3::ZERO; side * side], uv: vec![[0.0; 2]; corners.points.len()] };
         for (i, (first, count)) in corners.patches.iter().enumerate() {
             let (left, top) = (i % columns * TILE, i / columns * TILE);
             let b = |k: usize| corners.b[*first as usize + k];
             // Corners lie around the tile: a triangle's fourth is where its plane goes on to.
             let around =
                 if *count == 4 { [b(0), b(1), b(2), b(3)] } else { [b(0), b(1), (b(1) + b(2) - b(0)).max(DVec3::ZERO), b(2)] };
-            let [p, q, r, s] = around.map(|b| display(b, white));
+            let [p, q, r, s] = around;
             for y in 0..TILE {
                 for x in 0..TILE {
                     let row = if y < TILE / 2 { [p, q] } else { [s, r] };
@@ -163,8 +172,9 @@ impl Atlas {
         atlas
     }
 
-    fn png(&self) -> Result<Vec<u8>, String> {
-        let shown = self.texels.iter().flatten().map(|x| f32::from(*x) / 255.0).collect();
+    /// For a display: sRGB, of which white is `white`.
+    fn png(&self, white: f64) -> Result<Vec<u8>, String> {
+        let shown = self.texels.iter().flat_map(|b| display(*b, white)).map(|x| f32::from(x) / 255.0).collect();
         let image = Image::rgb(self.side, self.side, shown).map_err(|e| e.to_string())?.with_encoding(Encoding::SRGB);
         encode(&Picture::from(image), Format::Png, &SaveOptions::default()).map_err(|e| e.to_string())
     }

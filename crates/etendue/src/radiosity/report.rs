@@ -33,8 +33,12 @@ pub struct Report {
     pub closure_after: f64,
     /// Σ |A_i F_ij - A_j F_ji| / Σ A before the repair; after it, it is zero.
     pub reciprocity_before: f64,
-    /// The part of all light that the repair sent elsewhere.
+    /// The part of all light that the repair sent elsewhere: to make both estimates of each pair agree, and to close rows.
     pub moved_by_repair: f64,
+    /// What of that the noise of the rays is expected to move; zero where it is not known.
+    pub moved_by_noise: f64,
+    /// Sweeps of scaling that the repair took.
+    pub repair_sweeps: usize,
     /// How the equation was solved.
     pub solve: String,
     /// The relative residual before the first sweep and after each.
@@ -105,6 +109,8 @@ impl Report {
             closure_after: repair.closure_after,
             reciprocity_before: repair.reciprocity_before,
             moved_by_repair: repair.moved_by_symmetry + repair.moved_by_scaling,
+            moved_by_noise: repair.moved_by_noise,
+            repair_sweeps: repair.sweeps,
             solve: settings.method.name().to_owned(),
             residuals: solved.solution.residuals.clone(),
             converged: solved.solution.residual() <= settings.residual,

@@ -83,7 +83,8 @@ pub fn hemisphere(scene: &Scene, patches: &Patches, method: &Hemisphere, watch: 
     let objects = objects.finish();
     let part = |i: usize, k: usize| objects.rows.get(i, lost + k).map_or(0.0, |f| f64::from(*f));
     let (absorbed, escaped) = ((0..n).map(|i| part(i, 0)).collect(), (0..n).map(|i| part(i, 1)).collect());
-    Ok(FormFactors { absorbed, escaped, to_objects: Some(objects), ..FormFactors::new(matrix.finish()) })
+    let per_ray = 1.0 / f64::from(each * REPLICATES);
+    Ok(FormFactors { absorbed, escaped, per_ray, to_objects: Some(objects), ..FormFactors::new(matrix.finish()) })
 }
 
 /// One row: the rays of patch i.

@@ -27,7 +27,7 @@ mod visible;
 pub use hemisphere::{Hemisphere, hemisphere};
 pub use method::{Method, TooLarge};
 pub use pairs::{Pairs, analytic, by_area};
-pub use repair::{CLOSED, Repair};
+pub use repair::{CLOSED, Open, Repair};
 pub use tally::REPLICATES;
 
 use glam::DVec3;
@@ -66,6 +66,8 @@ pub struct FormFactors {
     pub escaped: Vec<f64>,
     /// The part of the light of each patch that meets what is no patch: backs that absorb, obstacles.
     pub absorbed: Vec<f64>,
+    /// One over the rays of a row, where entries without a standard error have the variance F_ij times this at most; zero otherwise.
+    pub per_ray: f64,
     /// Whether these two were measured, and are not just what rows lack.
     pub losses_are_measured: bool,
     /// From patches to objects, before any repair; the last two columns are what is absorbed and what escapes. Where the method counts them apart:
@@ -84,6 +86,7 @@ impl FormFactors {
             right: vec![1.0; n],
             escaped: none.clone(),
             absorbed: none,
+            per_ray: 0.0,
             losses_are_measured: true,
             to_objects: None,
         }

@@ -6,19 +6,36 @@
 //! F'_ij = x_i S_ij x_j / A_i
 //! ```
 //!
-//! The first step makes the exchange symmetric, the second scales it symmetrically, so it stays so. In a closed scene s = 0 and Σ_j F'_ij = 1. In
-//! an open one what a row loses (escaped, absorbed by what is no patch) counts as one more exchange that is not scaled on its other end:
-//! every row and its loss then sum to one, and the loss moves a little with the rest. Where losses are known only as what rows lack (`analytic`,
-//! `area`), rows of an open scene have nothing to be closed to: there the exchange is made symmetric, and scaled down where a row exceeds one.
+//! The first step makes the exchange symmetric, the second scales it symmetrically, so it stays so. In a closed scene s = 0 and Σ_j F'_ij = 1.
+//!
+//! An open scene is made reciprocal only ([`Open::Reciprocal`]): the exchange is symmetric, scaled down where a row exceeds one, and what a row lacks is
+//! what escapes, or is absorbed by what is no patch, in the proportion that its rays found. Patches that rays were cast from may have what they lose
+//! counted as one more exchange instead, that is not scaled on its other end ([`Open::WithLosses`]): rows and losses then sum to one as before. That
+//! is what pictures want: by symmetry alone rows are as far off as the rays of all others are noisy, 1.3 % of `cornell-box` at 1024 rays.
+//!
+//! The scaling is sped up by Anderson's acceleration of log x over the last [`DEPTH`] sweeps [Anderson 1965]: a third of the sweeps.
 
 use super::{FormFactors, Matrix, Rows};
 use rayon::prelude::*;
+use std::collections::VecDeque;
 
 /// How near to one every row gets.
 pub const CLOSED: f64 = 1e-13;
 
 /// Sweeps of scaling at most.
 const SWEEPS: usize = 4000;
+
+/// Sweeps that the acceleration looks back on.
+const DEPTH: usize = 4;
+
+/// What an open scene's rows are brought to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Open {
+    /// Reciprocity, and no row above one.
+    Reciprocal,
+    /// One, together with what rays found lost.
+    WithLosses,
+}
 
 /// What the repair found and did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,7 +50,9 @@ pub struct Repair {
     pub reciprocity_before: f64,
     /// Σ A_i |F'_ij - F_ij| / Σ A: the part of all light that went elsewhere when the exchange was made symmetric.
     pub moved_by_symmetry: f64,
-    /// The same by scaling.
+    /// What of that the noise of the estimates is expected to move; zero where it is not known.
+    pub moved_by_noise: f64,
+    /// The same as `moved_by_symmetry` by scaling.
     pub moved_by_scaling: f64,
     /// Largest |x_i - 1|.
     pub largest_scale: f64,
@@ -43,17 +62,17 @@ pub struct Repair {
 
 impl FormFactors {
     /// Restores reciprocity, and closure where rows have something to be closed to, given the areas of the patches in m².
-    pub fn repair(&mut self, areas: &[f64]) -> Repair {
+    pub fn repair(&mut self, areas: &[f64], open: Open) -> Repair {
         let total: f64 = areas.iter().sum();
         let losses: Vec<f64> = (0..self.len()).map(|i| self.escaped[i] + self.absorbed[i]).collect();
         let closed = losses.iter().all(|l| *l == 0.0);
-        let measured = closed || self.losses_are_measured;
+        let closes = closed || self.losses_are_measured && open == Open::WithLosses;
         let closure_before = largest((0..self.len()).into_par_iter().map(|i| (1.0 - self.row_sum(i) - losses[i]).abs()));
 
-        let (matrix, off) = symmetric(self, areas);
+        let (matrix, [off, noise]) = symmetric(self, areas);
         self.matrix = matrix;
-        let sinks: Vec<f64> = losses.iter().zip(areas).map(|(l, a)| if measured { l * a } else { 0.0 }).collect();
-        let (x, sweeps) = if measured { close(&self.matrix.rows, areas, &sinks) } else { lower(&self.matrix.rows, areas) };
+        let sinks: Vec<f64> = losses.iter().zip(areas).map(|(l, a)| if closes { l * a } else { 0.0 }).collect();
+        let (x, sweeps) = if closes { close(&self.matrix.rows, areas, &sinks) } else { lower(&self.matrix.rows, areas) };
 
         let scaled = |i: usize| {
             self.matrix
@@ -66,9 +85,11 @@ impl FormFactors {
         self.escaped.iter_mut().zip(&x).for_each(|(lost, x)| *lost *= x);
         self.absorbed.iter_mut().zip(&x).for_each(|(lost, x)| *lost *= x);
         self.right = x;
-        if !measured {
-            for i in 0..self.len() {
-                self.escaped[i] = (1.0 - self.row_sum(i)).max(0.0);
+        if !closes {
+            for (i, lost) in losses.iter().enumerate() {
+                let lacks = (1.0 - self.row_sum(i)).max(0.0);
+                let absorbed = if *lost > 0.0 { self.absorbed[i] / (self.absorbed[i] + self.escaped[i]) } else { 0.0 };
+                (self.escaped[i], self.absorbed[i]) = (lacks * (1.0 - absorbed), lacks * absorbed);
             }
         }
         let lost = |i: usize| self.escaped[i] + self.absorbed[i];
@@ -79,6 +100,7 @@ impl FormFactors {
             reciprocity_before: off / total,
             // Each pair of entries meets between the two.
             moved_by_symmetry: 0.5 * off / total,
+            moved_by_noise: 0.5 * noise / total,
             moved_by_scaling: moved.iter().sum::<f64>() / total,
             largest_scale: self.right.iter().map(|x| (x - 1.0).abs()).fold(0.0, f64::max),
             sweeps,
@@ -90,8 +112,8 @@ fn largest(values: impl ParallelIterator<Item = f64>) -> f64 {
     values.reduce(|| 0.0, f64::max)
 }
 
-/// S with its standard errors, and Σ |A_i F_ij - A_j F_ji|.
-fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, f64) {
+/// S with its standard errors, Σ |A_i F_ij - A_j F_ji|, and what of that to expect: E|z| = √(2/π) standard errors.
+fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, [f64; 2]) {
     let n = f.len();
     let with_errors = !f.matrix.errors.is_empty();
     let transposed = transpose(&f.matrix);
@@ -132,11 +154,11 @@ fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, f64) {
 
     let each = strips(&mut columns, &lengths).into_par_iter().zip(strips(&mut values, &lengths));
     let of_errors = if with_errors { strips(&mut errors, &lengths) } else { (0..n).map(|_| &mut [][..]).collect() };
-    let off: Vec<f64> = each
+    let off: Vec<[f64; 2]> = each
         .zip(of_errors)
         .enumerate()
         .map(|(i, ((columns, values), errors))| {
-            let (mut k, mut off) = (0, 0.0);
+            let (mut k, mut off, mut noise) = (0, 0.0, 0.0);
             union(i, &mut |j, at, of| {
                 let number = |data: &[f32], place: Option<usize>| place.map_or(0.0, |p| f64::from(data[p]));
                 let (f_ij, f_ji) = (number(f.matrix.rows.data(), at), number(transposed.rows.data(), of));
@@ -144,17 +166,21 @@ fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, f64) {
                 let weight = a * b / (a + b);
                 columns[k] = j;
                 values[k] = (weight * (f_ij + f_ji)) as f32;
+                let mut variance = f.per_ray * (a * a * f_ij + b * b * f_ji);
                 if with_errors {
                     let (e, g) = (number(&f.matrix.errors, at), number(&transposed.errors, of));
+                    variance = (a * e).powi(2) + (b * g).powi(2);
                     errors[k] = (weight * (e * e + g * g).sqrt()) as f32;
                 }
                 off += (a * f_ij - b * f_ji).abs();
+                noise += (2.0 / std::f64::consts::PI * variance).sqrt();
                 k += 1;
             });
-            off
+            [off, noise]
         })
         .collect();
-    (Matrix { rows: Rows::new((n, n), begins, columns, values), errors }, off.iter().sum())
+    let off = off.iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+    (Matrix { rows: Rows::new((n, n), begins, columns, values), errors }, off)
 }
 
 /// Pieces of the given lengths, one after the other.
@@ -202,7 +228,10 @@ fn product(s: &Rows, x: &[f64]) -> Vec<f64> {
 
 /// x with x_i ((S x)_i + s_i) = A_i, and how many sweeps that took. Rows without entries are left alone.
 fn close(s: &Rows, areas: &[f64], sinks: &[f64]) -> (Vec<f64>, usize) {
+    let mut y = vec![0.0f64; areas.len()];
     let mut x = vec![1.0; areas.len()];
+    let mut past = Past::default();
+    let mut least = f64::INFINITY;
     for sweep in 0..SWEEPS {
         let sx = product(s, &x);
         let row = |i: usize| x[i] * (sx[i] + sinks[i]) / areas[i];
@@ -210,14 +239,72 @@ fn close(s: &Rows, areas: &[f64], sinks: &[f64]) -> (Vec<f64>, usize) {
         if off <= CLOSED {
             return (x, sweep);
         }
-        for i in 0..x.len() {
-            let r = x[i] * (sx[i] + sinks[i]) / areas[i];
-            if r > 0.0 {
-                x[i] /= r.sqrt();
+        // What has led astray is forgotten.
+        if off > 2.0 * least {
+            past.steps.clear();
+        }
+        least = least.min(off);
+        let g: Vec<f64> = (0..x.len()).map(row).map(|r| if r > 0.0 { -0.5 * r.ln() } else { 0.0 }).collect();
+        past.step(&mut y, &g, areas);
+        x.iter_mut().zip(&y).for_each(|(x, y)| *x = y.exp());
+    }
+    (x, SWEEPS)
+}
+
+/// Anderson's acceleration of y ← y + g(y).
+#[derive(Default)]
+struct Past {
+    /// Changes of y and of g from sweep to sweep.
+    steps: VecDeque<[Vec<f64>; 2]>,
+    last: Option<[Vec<f64>; 2]>,
+}
+
+impl Past {
+    /// y ← y + g - Σ_m γ_m (Δy_m + Δg_m) with the γ that make |g - Σ γ_m Δg_m| least.
+    fn step(&mut self, y: &mut [f64], g: &[f64], weights: &[f64]) {
+        if let Some([before, g_before]) = self.last.replace([y.to_vec(), g.to_vec()]) {
+            let less = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+            self.steps.push_back([less(y, &before), less(g, &g_before)]);
+            if self.steps.len() > DEPTH {
+                self.steps.pop_front();
+            }
+        }
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(weights).map(|((a, b), w)| a * b * w).sum::<f64>();
+        let n = self.steps.len();
+        let mut system = [[0.0; DEPTH + 1]; DEPTH];
+        for (row, [_, dg]) in system.iter_mut().zip(&self.steps) {
+            row.iter_mut().zip(&self.steps).for_each(|(x, [_, other])| *x = dot(dg, other));
+            row[DEPTH] = dot(dg, g);
+        }
+        let gamma = solve(system, n);
+        y.iter_mut().zip(g).for_each(|(y, g)| *y += g);
+        for ([dy, dg], gamma) in self.steps.iter().zip(gamma) {
+            y.iter_mut().zip(dy).zip(dg).for_each(|((y, dy), dg)| *y -= gamma * (dy + dg));
+        }
+    }
+}
+
+/// The first n unknowns of a symmetric system by elimination; zero where it says nothing of one.
+fn solve(mut a: [[f64; DEPTH + 1]; DEPTH], n: usize) -> [f64; DEPTH] {
+    let sizes: [f64; DEPTH] = std::array::from_fn(|k| a[k][k]);
+    let usable = |a: &[[f64; DEPTH + 1]; DEPTH], k: usize| a[k][k] > 1e-10 * sizes[k];
+    for k in 0..n {
+        if !usable(&a, k) {
+            continue;
+        }
+        for i in k + 1..n {
+            let factor = a[i][k] / a[k][k];
+            for j in k..=DEPTH {
+                a[i][j] -= factor * a[k][j];
             }
         }
     }
-    (x, SWEEPS)
+    let mut x = [0.0; DEPTH];
+    for k in (0..n).rev().filter(|k| usable(&a, *k)) {
+        let rest: f64 = (k + 1..n).map(|j| a[k][j] * x[j]).sum();
+        x[k] = (a[k][DEPTH] - rest) / a[k][k];
+    }
+    x
 }
 
 /// x ≤ 1 with x_i (S x)_i ≤ A_i.

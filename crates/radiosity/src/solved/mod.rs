@@ -21,7 +21,7 @@ mod settings;
 pub use error::Error;
 pub use settings::{Factors, Method, Settings};
 
-use crate::form_factor::{FormFactors, Repair};
+use crate::form_factor::{FormFactors, Open, Repair};
 use crate::patch::{Cutting, PatchSize, Patches, Sides};
 use crate::solve::direct::{MOST, TooLarge};
 use crate::solve::{Equation, Solution, Until, lights};
@@ -92,7 +92,7 @@ impl Solved {
         let open = cover::open(scene, &patches, settings.seed);
         cover::uncover(&mut patches, &mut factors, &open);
         let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
-        let repair = factors.repair(&areas);
+        let repair = factors.repair(&areas, Open::WithLosses);
         let mut direct = lights::irradiance(scene, &patches, settings.seed);
         direct.iter_mut().zip(&open).filter(|(_, open)| **open > 0.0).for_each(|(e, open)| *e /= *open);
         if !watch(Stage::Repaired) {
