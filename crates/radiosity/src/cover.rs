@@ -56,10 +56,14 @@ fn meets_what_absorbs(scene: &Scene, patches: &Patches, ray: &Ray) -> bool {
     }
 }
 
-/// Takes covered parts out of the patches and of their factors, which are not repaired yet.
-pub fn uncover(patches: &mut Patches, factors: &mut FormFactors, open: &[f64]) {
+/// Takes covered parts out of the areas of patches.
+pub fn shrink(patches: &mut Patches, open: &[f64]) {
+    patches.patches.iter_mut().zip(open).for_each(|(patch, open)| patch.area *= open.max(LEAST));
+}
+
+/// Takes covered parts out of factors, which are not repaired yet.
+pub fn uncover(factors: &mut FormFactors, patches: &Patches, open: &[f64]) {
     for (i, open) in open.iter().enumerate().filter(|(_, open)| **open < 1.0) {
-        patches.patches[i].area *= open.max(LEAST);
         let range = factors.matrix.rows.indptr().outer_inds_sz(i);
         for j in patches.touching(i as u32) {
             if let Ok(k) = factors.matrix.rows.indices()[range.clone()].binary_search(&j) {

@@ -9,6 +9,7 @@
 //! | patches i, A_i, ρ_i, Be_i | [`patch`] |
 //! | F_ij | [`form_factor`] |
 //! | B_i, by several methods; light that comes from elsewhere | [`solve`] |
+//! | F by links between clusters, without a matrix | [`hierarchy`] |
 //! | all of it for a scene | [`solved`] |
 //! | parts of patches that something stands on | [`cover`] |
 //! | patches cut finer where the light changes | [`refine`] |
@@ -20,6 +21,7 @@
 pub mod cover;
 pub mod field;
 pub mod form_factor;
+pub mod hierarchy;
 pub mod patch;
 mod quadrature;
 pub mod refine;
@@ -27,6 +29,7 @@ pub mod solve;
 pub mod solved;
 
 pub use field::Field;
+pub use hierarchy::{Hierarchical, Hierarchy};
 pub use patch::{Cutting, PatchSize, Patches, Side, Sides};
 pub use solve::{Bounces, Energy, Equation, Exchange, Solution, Until};
 pub use solved::{Settings, Solved};

@@ -89,6 +89,9 @@ pub struct SolutionArguments {
     /// Form-factor rays a patch.
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(16..=1 << 24))]
     samples: u32,
+    /// Of `hierarchical`: bound on the error of B, in parts of all reflected light, down to which links are refined.
+    #[arg(long, value_name = "E", default_value_t = Settings::default().error, value_parser = parse::positive)]
+    error: f64,
     /// How the equation is solved.
     #[arg(long, value_enum, default_value_t = SolveName::Neumann)]
     solve: SolveName,
@@ -109,6 +112,8 @@ enum FactorsName {
     Analytic,
     /// Quadrature of the double integral; for some thousands of patches.
     Area,
+    /// Links between clusters of patches, as coarse as --error allows; for up to millions of patches.
+    Hierarchical,
 }
 
 /// The ways to solve.
@@ -137,6 +142,7 @@ impl SolutionArguments {
             FactorsName::Hemisphere => Factors::Hemisphere,
             FactorsName::Analytic => Factors::Analytic,
             FactorsName::Area => Factors::Area,
+            FactorsName::Hierarchical => Factors::Hierarchical,
         };
         let size = self.patch_size.map_or(PatchSize::Count(self.patches as usize), PatchSize::Metres);
         Settings {
@@ -144,6 +150,7 @@ impl SolutionArguments {
             adaptive: !self.even,
             factors,
             rays: self.samples,
+            error: self.error,
             method,
             residual: self.residual,
             seed: self.seed,
@@ -193,6 +200,11 @@ impl Stages {
             }
             Stage::Sweep(k, residual) => {
                 let words = format!("sweep {k}, residual {residual:.1e}");
+                self.bar.set_message(words.clone());
+                words
+            }
+            Stage::Links(rays, bound) => {
+                let words = format!("links of {rays} rays a patch, error below {:.1} %", 100.0 * bound);
                 self.bar.set_message(words.clone());
                 words
             }
@@ -332,17 +344,30 @@ fn tell(r: &Report) {
     } else {
         String::new()
     };
-    output::message(&format!(
-        "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; that moved {:.2} % of the light{noise}",
-        r.patches,
-        r.factors,
-        r.method,
-        r.factor_bytes >> 20,
-        r.closure_before,
-        r.reciprocity_before,
-        r.closure_after,
-        100.0 * r.moved_by_repair
-    ));
+    output::message(&match r.error_bound {
+        Some(bound) => format!(
+            "{} patches, {} links by `{}` of {} rays a patch in {} MiB; rows closed to {:.1e}, pairs to 0; error of B below {:.1} % of all reflected light{}",
+            r.patches,
+            r.factors,
+            r.method,
+            r.rays_per_patch,
+            r.factor_bytes >> 20,
+            r.closure_after,
+            100.0 * bound,
+            if r.error_reached { "" } else { ", not as low as asked: more rays no longer lowered it, or would not fit" },
+        ),
+        None => format!(
+            "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; that moved {:.2} % of the light{noise}",
+            r.patches,
+            r.factors,
+            r.method,
+            r.factor_bytes >> 20,
+            r.closure_before,
+            r.reciprocity_before,
+            r.closure_after,
+            100.0 * r.moved_by_repair
+        ),
+    });
     let (sweeps, last) = (r.residuals.len() - 1, r.residuals.last().copied().unwrap_or(0.0));
     let end = if r.converged { "" } else { ": stopped before the residual asked for" };
     output::message(&format!("{}: residual {last:.1e} after {sweeps} sweeps, {:.1} s{end}", r.solve, r.seconds));

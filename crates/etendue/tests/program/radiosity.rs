@@ -46,7 +46,9 @@ fn what_cannot_be_done_is_told() {
     bench.bad(2, &["radiosity", "-o", "x.tif"]).says(&[".glb"]);
     bench.bad(2, &["radiosity", "--patches", "10", "--patch-size", "1"]);
     bench.bad(1, &["radiosity", "--solve", "direct", "--patches", "20000"]).says(&["8192", "gauss-seidel"]);
-    bench.bad(1, &["radiosity", "--method", "area", "--patches", "40000"]).says(&["million", "`hemisphere` fits"]);
+    bench
+        .bad(1, &["radiosity", "--method", "area", "--patches", "40000"])
+        .says(&["million", "`hemisphere` and `hierarchical` fit"]);
     bench.bad(1, &["render", "--solver", "radiosity", "--param", "solve=direct", "--param", "patches=20000"]).says(&["8192"]);
     bench.bad(1, &["measure", "furnace"]).says(&["--grid"]);
     bench.bad(1, &["measure", "furnace", "--grid", "0,0,0", "1,0,0", "2,0,0"]).says(&["no plane"]);

@@ -39,7 +39,7 @@ impl Default for Hemisphere {
 }
 
 /// Where a ray ends.
-enum Landing {
+pub(crate) enum Landing {
     Patch(u32),
     Absorbed,
     Escaped,
@@ -127,7 +127,7 @@ fn row(
 const PASSES: usize = 64;
 
 /// What a ray from x on patch i meets, past surfaces that are not there.
-fn land(scene: &Scene, patches: &Patches, i: u32, x: &PatchPoint, w: Vec3) -> Landing {
+pub(crate) fn land(scene: &Scene, patches: &Patches, i: u32, x: &PatchPoint, w: Vec3) -> Landing {
     if let Some(j) = patches.touching_at(i, x.p) {
         return Landing::Patch(j);
     }
@@ -145,13 +145,10 @@ fn land(scene: &Scene, patches: &Patches, i: u32, x: &PatchPoint, w: Vec3) -> La
     Landing::Absorbed
 }
 
-/// Rays a patch by which [`probe`] looks.
-const PROBES: usize = 64;
-
-/// Whether the scene is closed, as far as some rays can tell: none from any patch escapes or is absorbed by what is no patch.
-pub(super) fn probe(scene: &Scene, patches: &Patches) -> bool {
-    (0..patches.len() as u32).into_par_iter().all(|i| {
-        Net4::new(0, u64::from(i)).take(PROBES).all(|[u, v, s, t]| {
+/// Whether the scene is closed, as far as `rays` rays from each patch that `counts` can tell: none escapes or is absorbed by what is no patch.
+pub(super) fn probe(scene: &Scene, patches: &Patches, rays: usize, counts: impl Fn(u32) -> bool + Sync) -> bool {
+    (0..patches.len() as u32).into_par_iter().filter(|i| counts(*i)).all(|i| {
+        Net4::new(0, u64::from(i)).take(rays).all(|[u, v, s, t]| {
             let x = patches.sample(i, Vec2::new(s, t));
             let w = Frame::from_normal(x.n.as_vec3()).to_world(square_to_cosine_hemisphere(Vec2::new(u, v)));
             matches!(land(scene, patches, i, &x, w), Landing::Patch(_))

@@ -25,10 +25,13 @@ mod tally;
 mod visible;
 
 pub use hemisphere::{Hemisphere, hemisphere};
+pub(crate) use hemisphere::{Landing, land};
 pub use method::{Method, TooLarge};
 pub use pairs::{Pairs, analytic, by_area};
+pub(crate) use repair::balance;
 pub use repair::{CLOSED, Open, Repair};
 pub use tally::REPLICATES;
+pub(crate) use visible::Sight;
 
 use glam::DVec3;
 use rayon::prelude::*;

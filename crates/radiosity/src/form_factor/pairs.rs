@@ -27,6 +27,9 @@ use etendue_scene::Scene;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+/// Rays a patch by which a scene is taken for closed.
+const PROBES: usize = 64;
+
 /// Parameters of the methods that go from pair to pair.
 #[derive(Clone, Copy, Debug)]
 pub struct Pairs {
@@ -117,7 +120,7 @@ fn all_pairs(
         begins.push(columns.len());
     }
     let mut f = FormFactors::new(Matrix { rows: Rows::new((n, n), begins, columns, values), errors });
-    if !probe(scene, patches) {
+    if !probe(scene, patches, PROBES, |_| true) {
         f.losses_are_measured = false;
         f.escaped = (0..n).map(|i| (1.0 - f.row_sum(i)).max(0.0)).collect();
     }

@@ -72,7 +72,8 @@ impl FormFactors {
         let (matrix, [off, noise]) = symmetric(self, areas);
         self.matrix = matrix;
         let sinks: Vec<f64> = losses.iter().zip(areas).map(|(l, a)| if closes { l * a } else { 0.0 }).collect();
-        let (x, sweeps) = if closes { close(&self.matrix.rows, areas, &sinks) } else { lower(&self.matrix.rows, areas) };
+        let rows = |x: &[f64]| product(&self.matrix.rows, x);
+        let (x, sweeps) = if closes { balance(rows, areas, &sinks, CLOSED) } else { lower(rows, areas, CLOSED) };
 
         let scaled = |i: usize| {
             self.matrix
@@ -226,17 +227,17 @@ fn product(s: &Rows, x: &[f64]) -> Vec<f64> {
     (0..x.len()).into_par_iter().with_min_len(64).map(row).collect()
 }
 
-/// x with x_i ((S x)_i + s_i) = A_i, and how many sweeps that took. Rows without entries are left alone.
-fn close(s: &Rows, areas: &[f64], sinks: &[f64]) -> (Vec<f64>, usize) {
+/// x with x_i ((S x)_i + s_i) = A_i to a part of `near`, and how many sweeps that took, given the product S x. Rows without entries are left alone.
+pub(crate) fn balance(product: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], sinks: &[f64], near: f64) -> (Vec<f64>, usize) {
     let mut y = vec![0.0f64; areas.len()];
     let mut x = vec![1.0; areas.len()];
     let mut past = Past::default();
     let mut least = f64::INFINITY;
     for sweep in 0..SWEEPS {
-        let sx = product(s, &x);
+        let sx = product(&x);
         let row = |i: usize| x[i] * (sx[i] + sinks[i]) / areas[i];
         let off = (0..x.len()).map(row).filter(|r| *r > 0.0).map(|r| (r - 1.0).abs()).fold(0.0, f64::max);
-        if off <= CLOSED {
+        if off <= near {
             return (x, sweep);
         }
         // What has led astray is forgotten.
@@ -294,9 +295,8 @@ fn solve(mut a: [[f64; DEPTH + 1]; DEPTH], n: usize) -> [f64; DEPTH] {
         }
         for i in k + 1..n {
             let factor = a[i][k] / a[k][k];
-            for j in k..=DEPTH {
-                a[i][j] -= factor * a[k][j];
-            }
+            let (above, below) = a.split_at_mut(i);
+            below[0][k..].iter_mut().zip(&above[k][k..]).for_each(|(x, y)| *x -= factor * y);
         }
     }
     let mut x = [0.0; DEPTH];
@@ -307,13 +307,13 @@ fn solve(mut a: [[f64; DEPTH + 1]; DEPTH], n: usize) -> [f64; DEPTH] {
     x
 }
 
-/// x ≤ 1 with x_i (S x)_i ≤ A_i.
-fn lower(s: &Rows, areas: &[f64]) -> (Vec<f64>, usize) {
+/// x ≤ 1 with x_i (S x)_i ≤ A_i, likewise.
+fn lower(product: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], near: f64) -> (Vec<f64>, usize) {
     let mut x = vec![1.0; areas.len()];
     for sweep in 0..SWEEPS {
-        let sx = product(s, &x);
+        let sx = product(&x);
         let off = (0..x.len()).map(|i| x[i] * sx[i] / areas[i] - 1.0).fold(0.0, f64::max);
-        if off <= CLOSED {
+        if off <= near {
             return (x, sweep);
         }
         for i in 0..x.len() {

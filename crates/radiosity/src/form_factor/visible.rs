@@ -33,11 +33,19 @@ impl Block {
     }
 }
 
+/// Rays between points of patches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sight<'a> {
+    scene: &'a Scene,
+    patches: &'a Patches,
+    has_clear: bool,
+}
+
 /// What may stand between patches.
 #[derive(Debug)]
 pub(crate) struct Between<'a> {
-    scene: &'a Scene,
     patches: &'a Patches,
+    sight: Sight<'a>,
     /// Boxes of patches, of charts, and of objects.
     patch_boxes: Vec<Block>,
     charts: Vec<Block>,
@@ -48,7 +56,6 @@ pub(crate) struct Between<'a> {
     rim: f64,
     /// There are obstacles without charts: nothing is sure.
     unsure: bool,
-    has_clear: bool,
 }
 
 impl<'a> Between<'a> {
@@ -66,9 +73,9 @@ impl<'a> Between<'a> {
             objects[patch.object as usize] = objects[patch.object as usize].union(block);
         }
         let corners = patches.charts.iter().map(|e| e.chart.hull()).collect();
-        let has_clear = patches.objects.iter().any(|o| o.is_clear);
+        let sight = Sight::new(scene, patches);
         let rim = 1e-6 * f64::from(scene.bounds.size().length());
-        Self { scene, patches, patch_boxes, charts, objects, corners, rim, unsure: !patches.obstacles.is_empty(), has_clear }
+        Self { patches, sight, patch_boxes, charts, objects, corners, rim, unsure: !patches.obstacles.is_empty() }
     }
 
     /// Whether surely nothing blocks any ray between patches i and j: no piece of the scene reaches into the box around both, in front of the
@@ -90,6 +97,17 @@ impl<'a> Between<'a> {
             !block.meets(&self.objects[o], self.rim) || (charts.start as usize..charts.end as usize).all(outside)
         };
         !self.unsure && (0..self.objects.len()).all(clear)
+    }
+
+    /// V between points of patches i and j.
+    pub fn sees(&self, x: (u32, &PatchPoint), y: (u32, &PatchPoint)) -> bool {
+        self.sight.sees(x, y)
+    }
+}
+
+impl<'a> Sight<'a> {
+    pub fn new(scene: &'a Scene, patches: &'a Patches) -> Self {
+        Self { scene, patches, has_clear: patches.objects.iter().any(|o| o.is_clear) }
     }
 
     /// V between points of patches i and j.

@@ -30,7 +30,7 @@ impl fmt::Display for TooLarge {
         write!(
             f,
             "`direct` takes {MOST} patches at most, and there are {} (a dense matrix and its factors would take {gib:.1} GiB); \
-             `neumann` and `gauss-seidel` fit",
+             `neumann` and `gauss-seidel` fit, and for many more form factors by `hierarchical`",
             self.patches
         )
     }

@@ -62,3 +62,20 @@ pub fn solve<F: Exchange>(equation: &Equation<'_, F>, until: &Until<'_>) -> Solu
     }
     Solution { b, residuals }
 }
+
+/// B by further sweeps from b, whatever it is: B_k = Be + ρ (E + F B_{k-1}).
+pub fn go_on<F: Exchange>(equation: &Equation<'_, F>, mut b: Vec<DVec3>, until: &Until<'_>) -> Solution {
+    let scale = equation.scale();
+    let lacks = |b: &[DVec3]| -> Vec<DVec3> {
+        let h = equation.irradiance(b);
+        (0..b.len()).map(|i| equation.be[i] + equation.rho[i] * h[i] - b[i]).collect()
+    };
+    let mut r = lacks(&b);
+    let mut residuals = vec![equation.norm(&r) / scale];
+    while until.goes_on(residuals.len() - 1, residuals[residuals.len() - 1]) {
+        b.iter_mut().zip(&r).for_each(|(b, r)| *b += *r);
+        r = lacks(&b);
+        residuals.push(equation.norm(&r) / scale);
+    }
+    Solution { b, residuals }
+}

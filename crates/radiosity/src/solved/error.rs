@@ -1,6 +1,6 @@
 //! Why there is no solution, in words.
 
-use super::Factors;
+use super::{Factors, Method};
 use crate::form_factor::Cancelled;
 use crate::patch::TooMany;
 use crate::solve::direct::TooLarge;
@@ -28,6 +28,13 @@ pub enum Error {
         bytes: u64,
         /// How many patches would fit.
         fit: usize,
+        /// Whether all of them would by `hierarchical`.
+        links_fit: bool,
+    },
+    /// The method of solving needs rows of a matrix, and there are links.
+    NoRows {
+        /// The method.
+        method: Method,
     },
     /// It was stopped before there was anything to show.
     Cancelled,
@@ -57,15 +64,21 @@ impl fmt::Display for Error {
             Self::TooLarge(e) => e.fmt(f),
             Self::Pairs { patches, factors } => write!(
                 f,
-                "`{}` goes through all pairs, {:.0} million of {patches} patches, and takes {} patches at most; `hemisphere` fits",
+                "`{}` goes through all pairs, {:.0} million of {patches} patches, and takes {} patches at most; `hemisphere` and `hierarchical` fit",
                 factors.name(),
                 (*patches as f64).powi(2) / 2e6,
                 factors.most()
             ),
-            Self::Memory { patches, bytes, fit } => write!(
+            Self::Memory { patches, bytes, fit, links_fit } => write!(
                 f,
-                "form factors of {patches} patches would take up to {:.1} GiB, which cannot be had; {fit} patches fit",
-                *bytes as f64 / f64::from(1 << 30)
+                "form factors of {patches} patches would take up to {:.1} GiB, which cannot be had; {fit} patches fit{}",
+                *bytes as f64 / f64::from(1 << 30),
+                if *links_fit { ", and all of them by `hierarchical`" } else { "" }
+            ),
+            Self::NoRows { method } => write!(
+                f,
+                "`{}` needs form factors between all patches, and `hierarchical` has links between clusters; `neumann` fits",
+                method.name()
             ),
             Self::Cancelled => f.write_str("stopped before there was a solution"),
         }

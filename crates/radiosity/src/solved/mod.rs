@@ -8,23 +8,27 @@
 //! | --- | --- | --- |
 //! | `size` | of the patches | 12,000 in all |
 //! | `adaptive` | where patches go by number, cut finer where the light changes ([`crate::refine`]) | true |
-//! | `factors` | how they are found; patches that are yet to be cut finer have theirs by `hemisphere` | `hemisphere` |
+//! | `factors` | how they are found; patches that are yet to be cut finer have theirs by `hemisphere`, unless it is `hierarchical` | `hemisphere` |
 //! | `rays` | form-factor rays a patch; of `analytic`, which shares them among the patches that may be hidden, 2^20 at least | 1024 |
-//! | `method` | of solving | `neumann` |
+//! | `error` | of `hierarchical`: the bound on ‖B - B*‖ / ‖B - Be‖ at which links are fine enough | 0.2 |
+//! | `method` | of solving; by links `neumann` alone | `neumann` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `sweeps` | at most | 1000 |
 //! | `seed` | of the rays | 0 |
 
+mod carrier;
 mod error;
 mod settings;
 
+pub use carrier::Carrier;
 pub use error::Error;
 pub use settings::{Factors, Method, Settings};
 
-use crate::form_factor::{FormFactors, Open, Repair};
+use crate::form_factor::{FormFactors, Hemisphere, Open, Pairs, Repair, analytic, by_area, hemisphere};
+use crate::hierarchy::{Hierarchical, Hierarchy};
 use crate::patch::{Cutting, PatchSize, Patches, Sides};
 use crate::solve::direct::{MOST, TooLarge};
-use crate::solve::{Equation, Solution, Until, lights};
+use crate::solve::{Equation, Solution, Until, lights, neumann};
 use crate::{cover, refine};
 use etendue_scene::Scene;
 use glam::DVec3;
@@ -36,6 +40,8 @@ pub enum Stage {
     Patches(usize),
     /// So many rows of so many.
     Rows(usize, usize),
+    /// Links of so many rays a patch, and the bound on their error.
+    Links(usize, f64),
     /// The factors obey physics.
     Repaired,
     /// A sweep, and the residual after it.
@@ -48,7 +54,7 @@ pub struct Solved {
     /// The patches.
     pub patches: Patches,
     /// F, repaired.
-    pub factors: FormFactors,
+    pub exchange: Carrier,
     /// What the repair found.
     pub repair: Repair,
     /// E, W/m².
@@ -63,8 +69,9 @@ impl Solved {
         let mut patches = Self::patches(scene, settings)?;
         if let (PatchSize::Count(n), true) = (settings.size, settings.adaptive) {
             let coarse = Settings {
-                factors: Factors::Hemisphere,
+                factors: if settings.factors == Factors::Hierarchical { settings.factors } else { Factors::Hemisphere },
                 rays: (settings.rays / 4).max(64),
+                error: 2.0 * settings.error,
                 method: Method::Neumann,
                 residual: 0.01,
                 ..*settings
@@ -87,23 +94,29 @@ impl Solved {
         if !watch(Stage::Patches(patches.len())) {
             return Err(Error::Cancelled);
         }
-        let rows = |done, of| watch(Stage::Rows(done, of));
-        let mut factors = settings.factors.find(scene, &patches, settings.rays, settings.seed, &rows)?;
         let open = cover::open(scene, &patches, settings.seed);
-        cover::uncover(&mut patches, &mut factors, &open);
-        let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
-        let repair = factors.repair(&areas, Open::WithLosses);
         let mut direct = lights::irradiance(scene, &patches, settings.seed);
         direct.iter_mut().zip(&open).filter(|(_, open)| **open > 0.0).for_each(|(e, open)| *e /= *open);
+        let sweep = |k, residual| watch(Stage::Sweep(k, residual));
+        let until = Until { residual: settings.residual, sweeps: settings.sweeps, watch: &sweep };
+        if settings.factors == Factors::Hierarchical {
+            cover::shrink(&mut patches, &open);
+            let memory = settings.memory.saturating_sub(settings.bytes(patches.len()));
+            let method = Hierarchical { error: settings.error, seed: settings.seed, memory };
+            let rows = |done, of| watch(Stage::Rows(done, of));
+            let told = |rays, bound| watch(Stage::Links(rays, bound));
+            let (links, b) = Hierarchy::new(scene, &patches, &open, &direct, &method, &rows, &told)?;
+            let solution = neumann::go_on(&Equation::new(&patches, &links, direct.clone()), b, &until);
+            let repair = links.repair;
+            return Ok(Self { patches, exchange: Carrier::Links(Box::new(links)), repair, direct, solution });
+        }
+        let (factors, repair) = factors(scene, &mut patches, &open, settings, watch)?;
         if !watch(Stage::Repaired) {
             return Err(Error::Cancelled);
         }
-        let equation = Equation::new(&patches, &factors, direct);
-        let sweep = |k, residual| watch(Stage::Sweep(k, residual));
-        let until = Until { residual: settings.residual, sweeps: settings.sweeps, watch: &sweep };
-        let solution = settings.method.solve(&equation, &until)?;
-        let direct = equation.direct;
-        Ok(Self { patches, factors, repair, direct, solution })
+        let solution = settings.method.solve(&Equation::new(&patches, &factors, direct.clone()), &until)?;
+        let exchange = Carrier::Matrix(Box::new(factors));
+        Ok(Self { patches, exchange, repair, direct, solution })
     }
 
     /// The patches before any is cut finer, if all that follows will fit.
@@ -121,26 +134,48 @@ impl Solved {
         if settings.method == Method::Direct && count > MOST {
             return Err(Error::TooLarge(TooLarge { patches: count }));
         }
+        if settings.factors == Factors::Hierarchical && settings.method != Method::Neumann {
+            return Err(Error::NoRows { method: settings.method });
+        }
         if count > settings.factors.most() {
             return Err(Error::Pairs { patches: count, factors: settings.factors });
         }
-        let bytes = factor_bytes(count, settings.rays);
+        let bytes = settings.bytes(count);
         if bytes > settings.memory {
-            let fit = (1..40).map(|k| count >> k).find(|n| factor_bytes(*n, settings.rays) <= settings.memory);
-            return Err(Error::Memory { patches: count, bytes, fit: fit.unwrap_or(1) });
+            let fit = (1..40).map(|k| count >> k).find(|n| settings.bytes(*n) <= settings.memory).unwrap_or(1);
+            let links = Settings { factors: Factors::Hierarchical, ..*settings };
+            let links_fit = settings.factors != links.factors && links.bytes(count) <= settings.memory;
+            return Err(Error::Memory { patches: count, bytes, fit, links_fit });
         }
         Ok(patches)
     }
 
     /// The equation that was solved.
-    pub fn equation(&self) -> Equation<'_, FormFactors> {
-        Equation::new(&self.patches, &self.factors, self.direct.clone())
+    pub fn equation(&self) -> Equation<'_, Carrier> {
+        Equation::new(&self.patches, &self.exchange, self.direct.clone())
     }
 }
 
-/// The most that form factors and their repair take: a row has an entry a ray at most, the symmetric matrix twice as many, and three are held at one time.
-fn factor_bytes(patches: usize, rays: u32) -> u64 {
-    let row = (patches as u64).min(u64::from(rays));
-    let symmetric = (patches as u64).min(2 * u64::from(rays));
-    patches as u64 * 8 * (2 * row + symmetric)
+/// F between patches as a matrix, repaired; what is covered is taken out of both.
+fn factors(
+    scene: &Scene,
+    patches: &mut Patches,
+    open: &[f64],
+    settings: &Settings,
+    watch: &(dyn Fn(Stage) -> bool + Sync),
+) -> Result<(FormFactors, Repair), Error> {
+    let Settings { rays, seed, .. } = *settings;
+    let rows = |done, of| watch(Stage::Rows(done, of));
+    let mut factors = match settings.factors {
+        Factors::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(Pairs::default().samples), seed }, &rows)?,
+        Factors::Area => by_area(scene, patches, &rows)?,
+        Factors::Hemisphere | Factors::Hierarchical => {
+            hemisphere(scene, patches, &Hemisphere { rays, errors: false, seed }, &rows)?
+        }
+    };
+    cover::shrink(patches, open);
+    cover::uncover(&mut factors, patches, open);
+    let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
+    let repair = factors.repair(&areas, Open::WithLosses);
+    Ok((factors, repair))
 }

@@ -1,10 +1,10 @@
 //! What to do: how form factors are found and the equation is solved.
 
-use crate::form_factor::{Cancelled, FormFactors, Hemisphere, Pairs, Watch, analytic, by_area, hemisphere};
-use crate::patch::{PatchSize, Patches};
+use crate::form_factor::FormFactors;
+use crate::hierarchy::Hierarchical;
+use crate::patch::PatchSize;
 use crate::solve::direct::TooLarge;
 use crate::solve::{Equation, Solution, Until, direct, gauss_seidel, neumann, shooting};
-use etendue_scene::Scene;
 
 /// How form factors are found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,15 +16,17 @@ pub enum Factors {
     Analytic,
     /// Quadrature of the double integral.
     Area,
+    /// None between patches: links between clusters ([`crate::hierarchy`]).
+    Hierarchical,
 }
 
 impl Factors {
     /// All, as users write them, in the order of the variants.
-    pub const NAMES: &'static [&'static str] = &["hemisphere", "analytic", "area"];
+    pub const NAMES: &'static [&'static str] = &["hemisphere", "analytic", "area", "hierarchical"];
 
     /// The one of a place in [`Factors::NAMES`].
     pub fn nth(i: usize) -> Self {
-        [Self::Hemisphere, Self::Analytic, Self::Area][i.min(2)]
+        [Self::Hemisphere, Self::Analytic, Self::Area, Self::Hierarchical][i.min(3)]
     }
 
     /// As users write it.
@@ -34,22 +36,7 @@ impl Factors {
 
     /// The most patches that it is of use for: beyond, a matrix of all pairs takes hours and more memory than there is.
     pub fn most(self) -> usize {
-        if self == Self::Hemisphere { usize::MAX } else { 16_384 }
-    }
-
-    pub(super) fn find(
-        self,
-        scene: &Scene,
-        patches: &Patches,
-        rays: u32,
-        seed: u64,
-        watch: &Watch<'_>,
-    ) -> Result<FormFactors, Cancelled> {
-        match self {
-            Self::Hemisphere => hemisphere(scene, patches, &Hemisphere { rays, errors: false, seed }, watch),
-            Self::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(Pairs::default().samples), seed }, watch),
-            Self::Area => by_area(scene, patches, watch),
-        }
+        if matches!(self, Self::Hemisphere | Self::Hierarchical) { usize::MAX } else { 16_384 }
     }
 }
 
@@ -103,6 +90,8 @@ pub struct Settings {
     pub factors: Factors,
     /// Form-factor rays a patch.
     pub rays: u32,
+    /// Of `hierarchical`: the bound on its error, in parts of all reflected light.
+    pub error: f64,
     /// How the equation is solved.
     pub method: Method,
     /// The relative residual at which it is.
@@ -122,11 +111,27 @@ impl Default for Settings {
             adaptive: true,
             factors: Factors::default(),
             rays: 1024,
+            error: Hierarchical::default().error,
             method: Method::default(),
             residual: 1e-4,
             sweeps: 1000,
             seed: 0,
             memory: u64::MAX,
         }
+    }
+}
+
+impl Settings {
+    /// The most that F takes among so many patches, bytes: a row has an entry a ray at most, the symmetric matrix twice as many, and three are held at
+    /// one time. By links: what they can do without is theirs, this is the tree and some sweeps.
+    pub(super) fn bytes(&self, patches: usize) -> u64 {
+        /// Bytes a patch of the tree, and of what goes up and down in it.
+        const TREE: u64 = 1000;
+        let n = patches as u64;
+        if self.factors == Factors::Hierarchical {
+            return n * TREE;
+        }
+        let (row, symmetric) = (n.min(u64::from(self.rays)), n.min(2 * u64::from(self.rays)));
+        n * 8 * (2 * row + symmetric)
     }
 }

@@ -14,7 +14,8 @@
 //! | `patches` | how many, about | 12,000 |
 //! | `patch_size` | their size, m; 0: by number | 0 |
 //! | `samples` | form-factor rays a patch | 1024 |
-//! | `method` | of form factors: `hemisphere`, `analytic`, `area` | `hemisphere` |
+//! | `method` | of form factors: `hemisphere`, `analytic`, `area`, `hierarchical` | `hemisphere` |
+//! | `error` | of `hierarchical`: bound on the error of B, in parts of all reflected light, down to which links are refined | 0.2 |
 //! | `solve` | `neumann`, `gauss-seidel`, `shooting`, `direct` | `neumann` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `show` | `smooth`; `gather`: H from one more ray a display ray; `patches`: B as it is | `smooth` |
@@ -45,6 +46,8 @@ pub struct Radiosity {
     pub samples: u32,
     /// A place in [`Factors::NAMES`].
     pub factors: usize,
+    /// Bound on the error of `hierarchical`.
+    pub error: f32,
     /// A place in [`Method::NAMES`].
     pub method: usize,
     /// Relative residual.
@@ -55,7 +58,7 @@ pub struct Radiosity {
 
 impl Default for Radiosity {
     fn default() -> Self {
-        Self { patches: 12_000, patch_size: 0.0, samples: 1024, factors: 0, method: 0, residual: 1e-4, show: 0 }
+        Self { patches: 12_000, patch_size: 0.0, samples: 1024, factors: 0, error: 0.2, method: 0, residual: 1e-4, show: 0 }
     }
 }
 
@@ -70,6 +73,11 @@ impl Radiosity {
         },
         Parameter { name: "samples", summary: "form-factor rays a patch", slot: |s| Slot::Count(&mut s.samples, 16..=1 << 20) },
         Parameter { name: "method", summary: "how form factors are found", slot: |s| Slot::Choice(&mut s.factors, Factors::NAMES) },
+        Parameter {
+            name: "error",
+            summary: "of `hierarchical`: bound on the error, in parts of all reflected light",
+            slot: |s| Slot::Number(&mut s.error, 1e-3..=10.0),
+        },
         Parameter { name: "solve", summary: "how the equation is solved", slot: |s| Slot::Choice(&mut s.method, Method::NAMES) },
         Parameter {
             name: "residual",
@@ -89,6 +97,7 @@ impl Radiosity {
             size,
             rays: self.samples,
             factors: Factors::nth(self.factors),
+            error: f64::from(self.error),
             method: Method::nth(self.method),
             residual: f64::from(self.residual),
             seed,

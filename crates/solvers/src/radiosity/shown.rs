@@ -9,7 +9,7 @@
 
 use crate::transport::PathRules;
 use etendue_radiosity::patch::Vertices;
-use etendue_radiosity::{Bounces, Energy, Field, Patches, Solved};
+use etendue_radiosity::{Bounces, Energy, Exchange, Field, Patches, Solved};
 use etendue_scene::Scene;
 use glam::DVec3;
 
@@ -65,7 +65,7 @@ impl Shown {
         } else if rules.max_edges >= 3 {
             let reflected = between(solved, rules.min_edges.saturating_sub(2).max(1), rules.max_edges - 2);
             shown.vertices = solved.patches.vertices(scene);
-            let values = if show == Show::Gather { reflected } else { solved.factors.multiply(&reflected) };
+            let values = if show == Show::Gather { reflected } else { solved.exchange.multiply(&reflected) };
             shown.field = Field::new(&solved.patches, &shown.vertices, &values);
         }
         shown.patches = Some(solved.patches.clone());
