@@ -32,10 +32,19 @@ pub(super) fn rel_mse(x: &[[f32; 3]], r: &[[f32; 3]], variance: &[[f64; 3]]) -> 
     sum / (3 * r.len()).max(1) as f64
 }
 
-/// Noise of the mean of the replicates, relative.
-pub(super) fn relative_variance(s: &Spread) -> f64 {
-    let pixels = s.pixels();
-    -rel_mse(&pixels, &pixels, &s.variance())
+/// Noise of the mean of the replicates, relative to a picture that all solvers share: relative to its own, a solver that finds light by rare bright paths
+/// would look better than it is.
+pub(super) fn relative_variance(s: &Spread, picture: &[[f32; 3]]) -> f64 {
+    -rel_mse(picture, picture, &s.variance())
+}
+
+/// Of each pixel and channel the least of several pictures, which no rare bright path has lifted.
+pub(super) fn darkest(pictures: impl Iterator<Item = Pixels>) -> Pixels {
+    let least = |mut a: Pixels, b: Pixels| {
+        a.iter_mut().flatten().zip(b.iter().flatten()).for_each(|(a, b)| *a = a.min(*b));
+        a
+    };
+    pictures.reduce(least).unwrap_or_default()
 }
 
 #[expect(clippy::too_many_arguments, reason = "what was rendered, and what it is held against; called once")]
@@ -130,6 +139,30 @@ pub(super) fn layered(size: [u32; 2], pixels: &[[f32; 3]], variance: &[[f64; 3]]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use etendue_solvers::agreement::{Grid, Moments, Sample};
+    use std::time::Duration;
+
+    /// A solver that found a rare bright path, once in its replicates, is the noisier one, though relative to its own picture it is not.
+    #[test]
+    fn rare_bright_paths_are_noise() {
+        let grid = Grid::new([2, 1], 1);
+        let spread = |mean: f64, squares: f64| Spread {
+            sample: Sample::new(grid),
+            mean: vec![[1.0; 3], [mean; 3]],
+            squares: vec![[0.0; 3], [squares; 3]],
+            luminance: Moments::default(),
+            elapsed: Duration::from_secs(1),
+            dropped: 0,
+            spp: 1,
+        };
+        let k = f64::from(REPLICATES);
+        let (steady, bright) = (spread(0.1, 0.1), spread(100.0, (1.0 - 1.0 / k) * (k * 100.0f64).powi(2)));
+        let of = |s: &Spread, picture: &[[f32; 3]]| relative_variance(s, picture);
+        assert!(of(&steady, &steady.pixels()) < 0.1 && of(&bright, &bright.pixels()) <= 0.5);
+        let least = darkest([&steady, &bright].into_iter().map(Spread::pixels));
+        assert_eq!(least, steady.pixels());
+        assert!(of(&bright, &least) > 1e3 * of(&steady, &least));
+    }
 
     #[test]
     fn slopes_of_power_laws() {

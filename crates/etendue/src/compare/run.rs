@@ -1,6 +1,6 @@
 //! Renders and measures.
 
-use super::measure::{entry, layered, rel_mse, relative_variance};
+use super::measure::{darkest, entry, layered, rel_mse, relative_variance};
 use super::pictures::{Pixels, Standardised, long, spread, straight};
 use super::{CompareOptions, Reference, Results};
 use crate::choice::{check_solver_name, listed};
@@ -71,7 +71,8 @@ pub fn compare(scene: &str, options: &CompareOptions, cancel: &CancelToken, tell
             long(&trial, solver, by, options.budget, by.map(|i| runs[i].1.spp))?
         }
         (None, None) => {
-            let noise = |i: &usize| relative_variance(&runs[*i].1) * runs[*i].1.elapsed.as_secs_f64();
+            let darkest = darkest(runs.iter().map(|r| r.1.pixels()));
+            let noise = |i: &usize| relative_variance(&runs[*i].1, &darkest) * runs[*i].1.elapsed.as_secs_f64();
             let unbiased = (0..solvers.len()).filter(|i| solvers[*i].estimates() == Estimates::Light);
             let best = unbiased.min_by(|a, b| noise(a).total_cmp(&noise(b))).ok_or_else(|| {
                 ExperimentError::Words(

@@ -30,7 +30,7 @@
 //! | `chains` | chains that run side by side | 512 |
 //! | `bootstrap` | paths of each length that b is measured by, at most; no more, over all lengths, than a quarter of the mutations that follow | 16384 |
 //! | `large_step` | probability of a wholly new path | 0.3 |
-//! | `smallest`, `largest` | how far a number moves, of its range | 1/1024, 1/64 |
+//! | `smallest`, `largest` | how far a number moves, of its range | 1/1024, 1/16 |
 //! | `direct` | up to how many edges are left to path tracing: 0 to 2 | 2 |
 //! | `renewal` | passes of the same chains | 64 |
 

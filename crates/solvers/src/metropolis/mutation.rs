@@ -25,7 +25,7 @@ pub struct Mutation {
 
 impl Default for Mutation {
     fn default() -> Self {
-        Self { large_step: 0.3, smallest: 1.0 / 1024.0, largest: 1.0 / 64.0 }
+        Self { large_step: 0.3, smallest: 1.0 / 1024.0, largest: 1.0 / 16.0 }
     }
 }
 
