@@ -70,7 +70,7 @@ pub fn read(
     let shown = solved.map(|s| Shown::new(scene, s, &PathRules::default(), Show::Gather));
     let from = shown.as_ref().map_or(Reflected::Path, Reflected::Solution);
     // Off the surface that a meter may lie on.
-    let lift = 1e-5 * scene.bounds.size().length();
+    let lift = 1e-6 * scene.bounds.size().length();
     let lifted: Vec<Meter> = meters.iter().map(|m| Meter { p: m.p + m.n * lift, n: m.n }).collect();
     let all = pool.install(|| irradiance(scene, &lifted, from, rays.div_ceil(REPLICATES), seed));
     Ok(all.iter().map(|replicates| reading(replicates, efficacy)).collect())
