@@ -84,6 +84,7 @@ fn all_methods_agree_and_the_books_close() {
     let settings = Settings { size: PatchSize::Count(700), rays: 256, method: Method::Direct, ..Settings::default() };
     let judge = Solved::new(&scene, &settings, &|_| true).expect("a solution");
     let Carrier::Matrix(factors) = &judge.exchange else { panic!("a matrix was asked for") };
+    let factors: &FormFactors = factors;
     let equation = Equation::new(&judge.patches, factors, judge.direct.clone());
     assert!(judge.solution.residual() < 1e-12, "{}", judge.solution.residual());
     let scale = judge.solution.b.iter().map(|b| b.max_element()).fold(0.0, f64::max);
