@@ -181,7 +181,7 @@ fn mistakes_in_meshes_point_into_them() {
             "bad.obj:5:7 error: vertex 9 does not exist, there are 3",
             "bad.obj:6:7 error: `x` is no corner of a face, expected v, v/vt, v//vn or v/vt/vn",
             "s.xml:2:50 error: `bad.ply`, byte 167: the header promises 9 of element `vertex`, at least 108 bytes, and 4 bytes follow",
-            "s.xml:3:50 warning: `flat.obj`: 1 of 2 triangles have no area and are left out",
+            "s.xml:3:50 warning: `flat.obj`: 1 of 2 triangles have no area and are left out: 0 (from 0; those that stay are numbered without them)",
             "s.xml:3:50 warning: `flat.obj`: 3 vertex normals are zero or not finite; those of the faces around take their place",
             "s.xml:4:57 error: `bad.ply`, byte 0: no serialized mesh begins here (0x041C expected)",
         ]
