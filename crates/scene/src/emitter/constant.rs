@@ -9,8 +9,8 @@
 //! | --- | --- | --- |
 //! | `radiance` | L, W/(m² sr) | 1 |
 
-use super::directional::{disk_density, from_infinity, outside, scene_sphere};
-use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, PositionPdf, scalar};
+use super::infinity::{emission_pdf, emission_sample, light_sample, power};
+use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, scalar};
 use crate::scene::Scene;
 use crate::texture::Color;
 use etendue_numerics::math::{FRAC_1_PI, ONE_MINUS_EPSILON, PI};
@@ -53,38 +53,20 @@ impl Light for Constant {
         }
         .normalize();
         let pdf_w = self.pdf_escaped(from, wi);
-        (pdf_w > 0.0).then(|| LightSample {
-            wi,
-            p: outside(scene, from.p, wi),
-            distance: f32::INFINITY,
-            le: self.radiance.at(wl),
-            pdf: Pdf::SolidAngle(pdf_w),
-            emitter: id.emitter,
-            primitive: 0,
-            n: Vec3::ZERO,
-        })
+        (pdf_w > 0.0).then(|| light_sample(scene, from, id, wi, Pdf::SolidAngle(pdf_w), self.radiance.at(wl)))
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, _: Vec3) -> EmissionPdf {
-        EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction: Pdf::SolidAngle(sphere_pdf()) }
+        emission_pdf(scene, Pdf::SolidAngle(sphere_pdf()))
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
-        let d = -square_to_sphere(u_direction).normalize();
-        let (ray, pdf_a) = from_infinity(scene, d, u)?;
-        Some(EmissionSample {
-            ray,
-            n: d,
-            pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(sphere_pdf()) },
-            weight: self.radiance.at(wl) / (pdf_a * sphere_pdf()),
-            emitter: id.emitter,
-            primitive: id.primitive,
-        })
+        let wi = square_to_sphere(u_direction).normalize();
+        emission_sample(scene, id, wi, u, Pdf::SolidAngle(sphere_pdf()), self.radiance.at(wl))
     }
 
     fn power_of(&self, scene: &Scene, _: u32) -> Spectrum {
-        let (_, radius) = scene_sphere(scene);
-        self.radiance.mean(scene) * (4.0 * PI * PI * radius * radius)
+        power(scene, self.radiance.mean(scene) * (4.0 * PI))
     }
 
     fn extent(&self, scene: &Scene, _: u32) -> Extent {

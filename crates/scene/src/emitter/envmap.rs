@@ -23,9 +23,9 @@
 //! | `scale` | s | 1 |
 //! | `to_world` | from the picture's coordinates (y up; the picture's left edge lies towards -z, its middle towards +z) | identity |
 
-use super::directional::{disk_density, from_infinity, outside, scene_sphere};
+use super::infinity::{emission_pdf, emission_sample, light_sample, power};
 use super::lights::of;
-use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightQuery, LightReference, LightSample, PositionPdf, scalar};
+use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightQuery, LightReference, LightSample, scalar};
 use crate::scene::Scene;
 use crate::texture::{Role, Texels};
 use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
@@ -208,17 +208,7 @@ impl Environment {
         id: LightId,
         (local, pdf_w, le): (Vec3, f32, Spectrum),
     ) -> LightSample {
-        let wi = self.axes.to_world(local);
-        LightSample {
-            wi,
-            p: outside(scene, from.p, wi),
-            distance: f32::INFINITY,
-            le,
-            pdf: Pdf::SolidAngle(pdf_w),
-            emitter: id.emitter,
-            primitive: 0,
-            n: Vec3::ZERO,
-        }
+        light_sample(scene, from, id, self.axes.to_world(local), Pdf::SolidAngle(pdf_w), le)
     }
 }
 
@@ -248,27 +238,16 @@ impl Light for Environment {
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
-        let direction = Pdf::SolidAngle(self.density(&self.cells, self.axes.to_local(wi)));
-        EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
+        emission_pdf(scene, Pdf::SolidAngle(self.density(&self.cells, self.axes.to_local(wi))))
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
         let (local, pdf_w, le) = self.sample_local(&self.cells, u_direction, wl)?;
-        let d = -self.axes.to_world(local);
-        let (ray, pdf_a) = from_infinity(scene, d, u)?;
-        Some(EmissionSample {
-            ray,
-            n: d,
-            pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(pdf_w) },
-            weight: le / (pdf_a * pdf_w),
-            emitter: id.emitter,
-            primitive: id.primitive,
-        })
+        emission_sample(scene, id, self.axes.to_world(local), u, Pdf::SolidAngle(pdf_w), le)
     }
 
     fn power_of(&self, scene: &Scene, _: u32) -> Spectrum {
-        let (_, radius) = scene_sphere(scene);
-        self.integral * (PI * radius * radius)
+        power(scene, self.integral)
     }
 
     fn extent(&self, _: &Scene, _: u32) -> Extent {

@@ -19,6 +19,7 @@ mod directional_area;
 mod envmap;
 mod extent;
 mod goniometric;
+mod infinity;
 mod lights;
 mod lone;
 mod octahedral;

@@ -8,8 +8,8 @@
 //! Texels are even: pbrt looks them up so. `scale` is s; with `illuminance` s is such that the upper half (z > 0) gives a plane that much,
 //! by a luminous efficacy of 1.
 
-use super::directional::{disk_density, from_infinity, outside, scene_sphere};
-use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, PositionPdf, scalar};
+use super::infinity::{emission_pdf, emission_sample, light_sample, power};
+use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, scalar};
 use crate::scene::Scene;
 use crate::texture::{Role, Texels};
 use etendue_numerics::math::PI;
@@ -102,41 +102,20 @@ impl Light for Octahedral {
 
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         let (local, pdf_w, le) = self.sample_local(u, wl)?;
-        let wi = self.axes.to_world(local);
-        Some(LightSample {
-            wi,
-            p: outside(scene, from.p, wi),
-            distance: f32::INFINITY,
-            le,
-            pdf: Pdf::SolidAngle(pdf_w),
-            emitter: id.emitter,
-            primitive: 0,
-            n: Vec3::ZERO,
-        })
+        Some(light_sample(scene, from, id, self.axes.to_world(local), Pdf::SolidAngle(pdf_w), le))
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
-        let direction = Pdf::SolidAngle(self.density(self.texel_of(self.axes.to_local(wi))));
-        EmissionPdf { position: PositionPdf::Area(disk_density(scene)), direction }
+        emission_pdf(scene, Pdf::SolidAngle(self.density(self.texel_of(self.axes.to_local(wi)))))
     }
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
         let (local, pdf_w, le) = self.sample_local(u_direction, wl)?;
-        let d = -self.axes.to_world(local);
-        let (ray, pdf_a) = from_infinity(scene, d, u)?;
-        Some(EmissionSample {
-            ray,
-            n: d,
-            pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(pdf_w) },
-            weight: le / (pdf_a * pdf_w),
-            emitter: id.emitter,
-            primitive: id.primitive,
-        })
+        emission_sample(scene, id, self.axes.to_world(local), u, Pdf::SolidAngle(pdf_w), le)
     }
 
     fn power_of(&self, scene: &Scene, _: u32) -> Spectrum {
-        let (_, radius) = scene_sphere(scene);
-        self.integral * (PI * radius * radius)
+        power(scene, self.integral)
     }
 
     fn extent(&self, _: &Scene, _: u32) -> Extent {
