@@ -2,10 +2,17 @@
 //!
 //! Pictures are tiny and sample counts fixed, so that nothing here depends on the clock.
 
+use std::path::Path;
 use std::process::{Command, Output};
 
-fn etendue(folder: &std::path::Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_etendue")).args(arguments).current_dir(folder).output().expect("the program starts")
+const PROGRAM: &str = env!("CARGO_BIN_EXE_etendue");
+
+fn etendue(folder: &Path, arguments: &[&str]) -> Output {
+    run_program(Path::new(PROGRAM), folder, arguments)
+}
+
+fn run_program(program: &Path, folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(program).args(arguments).current_dir(folder).output().expect("the program starts")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -77,6 +84,27 @@ fn acceptance_is_kept() {
     let other = accept("1");
     assert_eq!(other.status.code(), Some(1));
     assert!(text(&other.stderr).contains("scene, size, blocks, seed or version"), "{}", text(&other.stderr));
+
+    // One solver alone is rendered for what is kept, and another build of the program goes on from nothing.
+    let path = |program: &Path, folder_name: &str| {
+        let alone = ["verify", "furnace", "--accept", "--solvers", "path", "--size", "8", "--blocks", "2", "--time", "30"];
+        run_program(program, folder.path(), &[&alone[..], &["--keep", folder_name]].concat())
+    };
+    let this = Path::new(PROGRAM);
+    let alone = path(this, "other");
+    assert_eq!(alone.status.code(), Some(1), "nothing is accepted");
+    assert!(text(&alone.stdout).contains("its target is reached") && text(&alone.stdout).contains("is kept"));
+    let without = ["verify", "furnace", "--accept", "--solvers", "path", "--size", "8"];
+    assert!(text(&etendue(folder.path(), &without).stderr).contains("nothing to compare with"));
+    if cfg!(target_os = "linux") {
+        let built_anew = folder.path().join("etendue-anew");
+        // By another process: a program that some thread of this one holds open for writing cannot be started.
+        let copied = Command::new("sh").args(["-c", r#"cp "$0" "$1" && printf x >> "$1""#]).args([this, &built_anew]).status();
+        assert!(copied.is_ok_and(|s| s.success()));
+        let refused = path(&built_anew, "kept");
+        assert_eq!(refused.status.code(), Some(1));
+        assert!(text(&refused.stderr).contains("another build of the program"), "{}", text(&refused.stderr));
+    }
     std::fs::write(folder.path().join("kept/furnace.path.json"), "{").expect("written");
     assert!(text(&accept("0").stderr).contains("damaged"));
 }

@@ -13,7 +13,7 @@ fn each_built_in_scene_gets_a_sensible_solver() {
         ("furnace", "path-mis", "walks from the eye"),
         ("veach-mis", "path-mis", "walks from the eye"),
         ("many-lights", "path-mis", "walks from the eye"),
-        ("caustic", "light-nee", "times the efficiency"),
+        ("caustic", "bidirectional", "times the efficiency"),
         ("caustic-seen", "photon-map", "with a bias"),
         ("ajar", "bidirectional", "times the efficiency"),
     ] {

@@ -29,7 +29,7 @@ use crate::drivers::pixels::eye_walk;
 use crate::solver::{AnySolver, SOLVERS};
 use crate::transport::{PathRules, PathState, slot};
 use etendue_numerics::{Dim, Sampler, SequenceKind, Vec2, Wavelengths};
-use etendue_scene::Scene;
+use etendue_scene::{EmitterId, Scene};
 use std::collections::BTreeMap;
 
 /// Paths of the trial from either end.
@@ -93,10 +93,12 @@ struct Trial {
     from_lights: f64,
     /// Surfaces that eye walks met first by mirrors alone.
     seen: Vec<PathVertex>,
-    /// Surfaces to which light came first by mirrors alone.
-    focused: Vec<PathVertex>,
-    /// Walks that went from a surface into mirrors alone and hit a lamp, and all that went there.
-    lucky: [u32; 2],
+    /// Surfaces to which light came first by mirrors alone, and the lamp that it came from.
+    focused: Vec<(EmitterId, PathVertex)>,
+    /// Walks that went from a surface into mirrors alone.
+    tries: u32,
+    /// Those of them that hit a lamp.
+    hits: BTreeMap<EmitterId, u32>,
 }
 
 /// What a candidate's variance is made of.
@@ -189,20 +191,20 @@ impl Trial {
             }
             let behind = &paths.eye[i + 1..];
             if behind.first().is_some_and(|v| v.is_dirac) {
-                let hits_lamp = match behind.iter().find(|v| !v.is_dirac) {
-                    Some(v) => scene.surface(v.vertex.x.surface).emitter.is_some(),
-                    None => !scene.lights.environments().is_empty(),
+                self.tries += 1;
+                let lamps = match behind.iter().find(|v| !v.is_dirac) {
+                    Some(v) => scene.surface(v.vertex.x.surface).emitter.as_slice(),
+                    None => scene.lights.environments(),
                 };
-                self.lucky[0] += u32::from(hits_lamp);
-                self.lucky[1] += 1;
+                lamps.iter().for_each(|e| *self.hits.entry(*e).or_default() += 1);
             }
         }
-        if let Some((i, true)) = first(&paths.light.vertices) {
-            self.focused.push(paths.light.vertices[i]);
+        if let (Some((i, true)), Some(origin)) = (first(&paths.light.vertices), &paths.light.origin) {
+            self.focused.push((origin.emitter, paths.light.vertices[i]));
         }
     }
 
-    /// A photon map, where light from mirrors is seen in mirrors.
+    /// A photon map, where light from mirrors is seen in mirrors. That of a lamp which walks do hit there is none of it: a window beside a small lamp, say.
     fn hidden(&self, scene: &Scene, there_is_one: bool) -> Option<Advice> {
         let n = f64::from(PATHS);
         let radius = AROUND * scene.bounds.bounding_sphere().1;
@@ -214,11 +216,13 @@ impl Trial {
             let cos = a.shading.n.dot(b.wo).abs();
             if near && cos > 0.0 { f64::from((y.beta * y.vertex.eval(b.wo).0 * z.beta).luminance() / cos) } else { 0.0 }
         };
-        let hidden: f64 =
-            self.seen.iter().flat_map(|y| self.focused.iter().map(move |z| carried(y, z))).sum::<f64>() / (n * n * area);
+        let rate = |hits: u32| f64::from(hits) / f64::from(self.tries.max(1));
+        let is_rare = |e: &EmitterId| self.hits.get(e).is_none_or(|hits| rate(*hits) < HIT);
+        let rare: Vec<&PathVertex> = self.focused.iter().filter(|(e, _)| is_rare(e)).map(|(_, z)| z).collect();
+        let hidden = self.seen.iter().flat_map(|y| rare.iter().map(|z| carried(y, z))).sum::<f64>() / (n * n * area);
         let known = self.light.iter().sum::<f64>() / (n * self.pixels);
         let share = hidden / (hidden + known).max(f64::MIN_POSITIVE);
-        let lucky = f64::from(self.lucky[0]) / f64::from(self.lucky[1].max(1));
+        let lucky = rate(self.hits.iter().filter(|(e, _)| is_rare(e)).map(|(_, hits)| hits).sum());
         (there_is_one && share > HIDDEN && lucky < HIT).then(|| Advice {
             solver: "photon-map",
             reason: format!(

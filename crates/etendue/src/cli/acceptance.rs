@@ -26,7 +26,7 @@ pub fn report(a: &Accepted) -> String {
             "solver", "target", "± block", "at", "spp seen + scattered", "time", "|t|", "largest at", "difference", "sees"
         ),
     ];
-    lines.extend(a.solvers.iter().map(|s| row(s, a.reference == s.solver)));
+    lines.extend(a.solvers.iter().map(|s| row(s, a.tests > 0 && a.reference == s.solver)));
     lines.extend(a.left_out.iter().map(|(name, why)| format!("{name:<16}left out: {why}")));
     lines.push(String::new());
     lines.push(match a.verdict {
@@ -39,6 +39,9 @@ pub fn report(a: &Accepted) -> String {
 
 /// What is open, and what was shown all the same.
 fn open(a: &Accepted) -> String {
+    if a.tests == 0 {
+        return "nothing to compare with; what was rendered is kept".to_owned();
+    }
     let names = |open: bool| {
         let of = a.solvers.iter().filter(|s| (s.verdict() == Verdict::Inconclusive) == open && s.solver != a.reference);
         of.map(|s| s.solver.as_str()).collect::<Vec<_>>().join(", ")
@@ -62,6 +65,8 @@ fn row(s: &Acceptance, is_reference: bool) -> String {
         _ if is_reference => format!("the reference{wants}"),
         Acceptance { differences: n @ 1.., .. } => format!("differs in {n} of them{wants}"),
         Acceptance { doubtful: n @ 1.., .. } => format!("doubtful in {n} of them: rare bright paths, or a fault{wants}"),
+        Acceptance { worst: None, needed: Some(needed), .. } => format!("its target takes about {needed:.0} s"),
+        Acceptance { worst: None, .. } => "its target is reached".to_owned(),
         Acceptance { needed: Some(_), .. } => format!("no difference at this error{wants}"),
         _ => "agrees".to_owned(),
     };

@@ -1,4 +1,6 @@
 //! Replicates that are kept in a folder, a file for each solver, so that hours can be spread over many runs.
+//!
+//! They hold for the program that made them: one that was built anew may render other pictures, and replicates of both would be no sample of anything.
 
 use super::super::{Stopped, VerifyOptions};
 use super::course::Sums;
@@ -24,6 +26,8 @@ struct File {
     solver: String,
     /// Of all that decides the means: scene, size, grid, seed, version.
     digest: u64,
+    /// Of the program's own file.
+    program: u64,
     #[serde(flatten)]
     kept: Kept,
 }
@@ -33,6 +37,16 @@ pub(super) struct Keeper {
     folder: PathBuf,
     scene: String,
     digest: u64,
+    program: u64,
+}
+
+/// The digest of the file that this program is.
+fn program() -> Stopped<u64> {
+    let bytes = std::env::current_exe().and_then(std::fs::read);
+    let bytes = bytes.map_err(|e| ExperimentError::Words(format!("cannot read this program's own file to tell its build: {e}")))?;
+    let mut digest = Digest::new();
+    digest.bytes(&bytes);
+    Ok(digest.finish())
 }
 
 impl Keeper {
@@ -44,7 +58,7 @@ impl Keeper {
         let mut digest = Digest::new();
         digest.word(loaded.digest());
         digest.bytes(format!("{:?} {:?} {:?} {}", trial.rules, trial.shape(), trial.grid(), trial.seed).as_bytes());
-        Ok(Some(Self { folder, scene: loaded.name.clone(), digest: digest.finish() }))
+        Ok(Some(Self { folder, scene: loaded.name.clone(), digest: digest.finish(), program: program()? }))
     }
 
     fn path(&self, solver: &str) -> PathBuf {
@@ -67,6 +81,9 @@ impl Keeper {
         if file.digest != self.digest || file.solver != solver {
             return Err(refused("scene, size, blocks, seed or version are not those that it was made with"));
         }
+        if file.program != self.program {
+            return Err(refused("another build of the program made it, whose pictures may be others"));
+        }
         if file.kept.parts.len() != 2 || !file.kept.parts.iter().all(|s| s.fits(areas)) {
             return Err(refused("it is damaged"));
         }
@@ -76,7 +93,7 @@ impl Keeper {
     /// Keeps what there is of a solver.
     pub(super) fn write(&self, solver: &str, kept: Kept) -> Stopped<()> {
         let path = self.path(solver);
-        let file = File { scene: self.scene.clone(), solver: solver.to_owned(), digest: self.digest, kept };
+        let file = File { scene: self.scene.clone(), solver: solver.to_owned(), digest: self.digest, program: self.program, kept };
         let words = |e: &dyn std::fmt::Display| ExperimentError::Words(format!("cannot write {}: {e}", path.display()));
         let json = serde_json::to_vec(&file).map_err(|e| words(&e))?;
         etendue_image::write_atomically(&path, &json).map_err(|e| words(&e))

@@ -131,7 +131,8 @@ pub fn accept(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
     let Chosen { entrants, mut left_out, .. } = chosen(options, Vec::new(), &loaded)?;
     let (entrants, others): (Vec<_>, Vec<_>) = entrants.into_iter().partition(|e| e.estimates == Estimates::Light);
     left_out.extend(others.into_iter().map(|e| (e.name, "it estimates a part of the light".to_owned())));
-    if entrants.len() < 2 {
+    // One alone is rendered for what is kept: others come from other runs, side by side with this one perhaps.
+    if entrants.len() < 2 && (entrants.is_empty() || options.keep.is_none()) {
         return Err(ExperimentError::Words(
             "fewer than two solvers estimate all light of this scene: nothing to compare".to_owned(),
         ));
@@ -146,10 +147,12 @@ pub fn accept(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
         tell(&cost(&course));
         courses.push(course);
     }
-    let reference = planned(&courses, options.time);
-    courses[reference].target = TARGET;
-    courses.swap(0, reference);
-    tell(&format!("the reference is {}", courses[0].name));
+    if courses.len() > 1 {
+        let reference = planned(&courses, options.time);
+        courses[reference].target = TARGET;
+        courses.swap(0, reference);
+        tell(&format!("the reference is {}", courses[0].name));
+    }
     for course in &mut courses {
         tell(&format!("rendering with {}", course.name));
         course.run(options.time)?;
@@ -169,7 +172,7 @@ pub fn accept(scene: &str, options: &VerifyOptions, cancel: &CancelToken, tell: 
         header: Header::new(&loaded, &trial, options.standard),
         tests,
         reference: rows[reference].solver.clone(),
-        verdict: rows.iter().map(Acceptance::verdict).max().unwrap_or(Verdict::Inconclusive),
+        verdict: if tests > 0 { rows.iter().map(Acceptance::verdict).max() } else { None }.unwrap_or(Verdict::Inconclusive),
         solvers: rows,
         left_out,
         seconds: begun.elapsed().as_secs_f64(),
