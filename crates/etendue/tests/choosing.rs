@@ -66,9 +66,9 @@ fn the_choice_and_its_reason_are_told() {
         .output()
         .expect("the program starts");
     let said = String::from_utf8(run.stderr).expect("UTF-8");
-    assert!(run.status.success() && said.contains("auto: light-nee, because "), "{said}");
+    assert!(run.status.success() && said.contains("auto: bidirectional, because "), "{said}");
     let stats: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.path().join("x.json")).expect("stats")).expect("JSON");
-    assert_eq!(stats["solver"], "light-nee");
+    assert_eq!(stats["solver"], "bidirectional");
     assert!(stats["because"].as_str().is_some_and(|because| said.contains(because)), "{stats}");
 }

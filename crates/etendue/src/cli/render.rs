@@ -7,7 +7,9 @@ use super::scene::{SceneArguments, ViewArguments, scene};
 use super::tonemap::ToneArguments;
 use super::{Done, files, output, summary};
 use clap::Args;
-use etendue::{Listener, RenderOptions, Stop, Stopped, Watch, advise, check, check_per_light, cores, render, render_per_light};
+use etendue::{
+    Listener, RenderOptions, Rendering, Stop, Stopped, Watch, advise, check, check_per_light, cores, render, render_per_light,
+};
 use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
@@ -162,12 +164,15 @@ pub fn run(a: &RenderArguments) -> Done {
         let _display = show(stop);
         render(&loaded, &options, &watch)
     };
-    let rendering = rendering.map_err(|e| e.to_string())?;
+    finish(a, &pictures, &rendering.map_err(|e| e.to_string())?)
+}
 
-    let written = files::write_pictures(&pictures, a.tone, &rendering);
-    files::write_lights(&pictures, a.tone, &rendering)?;
+/// Writes what there is, and says how it ended: a render that could not go on is a failure, with the picture so far.
+fn finish(a: &RenderArguments, pictures: &[PathBuf], rendering: &Rendering) -> Done {
+    let written = files::write_pictures(pictures, a.tone, rendering);
+    files::write_lights(pictures, a.tone, rendering)?;
     if let Some(path) = &a.stats {
-        files::write_stats(path, &rendering)?;
+        files::write_stats(path, rendering)?;
     }
     written?;
     if a.progress == Style::Json {
@@ -175,7 +180,7 @@ pub fn run(a: &RenderArguments) -> Done {
         output::result(&line.to_string());
     }
     if !a.quiet {
-        summary::tell(&rendering, &pictures, a.noise);
+        summary::tell(rendering, pictures, a.noise);
     }
     if let Some(why) = &rendering.failure {
         return Err(format!("the render ended early: {why}\n  the picture holds what was done before"));
@@ -235,3 +240,34 @@ const INTERRUPTED: Words = Words {
     asked: Some("stopping; what is done will be written (Ctrl-C again to quit at once)"),
     ended: Some("stopped at once; nothing was written"),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+    use etendue::{LoadOptions, load};
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        render: RenderArguments,
+    }
+
+    /// No right solver fails, so that the failure is put in by hand: the picture and its numbers are written, and the command ends with an error.
+    #[test]
+    fn a_render_that_could_not_go_on_is_an_error_with_its_picture() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [picture, stats] = ["x.exr", "x.json"].map(|name| folder.path().join(name));
+        let [to, numbers] = [&picture, &stats].map(|path| path.to_str().expect("UTF-8"));
+        let a = Line::parse_from(["render", "furnace", "-q", "-o", to, "--stats", numbers]).render;
+        let loaded = load("furnace", &LoadOptions { width: Some(8), height: Some(8), ..LoadOptions::default() }).expect("a scene");
+        let options = RenderOptions { stop: Some(Stop::Samples(2)), ..RenderOptions::default() };
+        let mut rendering = render(&loaded, &options, &Watch::default()).expect("a picture");
+        assert!(finish(&a, &a.output, &rendering).is_ok());
+        std::fs::remove_file(&picture).expect("it was written");
+        rendering.failure = Some("metropolis cannot go on: a path came out otherwise".to_owned());
+        let ended = finish(&a, &a.output, &rendering);
+        assert!(ended.is_err_and(|why| why.contains("ended early: metropolis cannot go on") && why.contains("done before")));
+        assert!(etendue_image::load_picture(&picture).is_ok_and(|p| p.image.width() == 8) && stats.exists());
+    }
+}
