@@ -14,6 +14,7 @@
 //! ```
 
 mod bare_mesh;
+pub mod bench;
 pub mod builtin;
 mod choice;
 pub mod compare;

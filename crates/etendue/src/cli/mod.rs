@@ -1,6 +1,7 @@
 //! The command line.
 
 mod acceptance;
+mod bench;
 mod compare;
 mod diff;
 mod doctor;
@@ -59,6 +60,8 @@ enum Command {
     Radiosity(Box<radiosity::RadiosityArguments>),
     /// Measure illuminance and irradiance at points or on a grid.
     Measure(Box<measure::MeasureArguments>),
+    /// Measure how fast this machine casts rays and renders.
+    Bench(bench::BenchArguments),
     /// Turn a picture of linear light into one for a display.
     Tonemap(tonemap::TonemapArguments),
 }
@@ -77,6 +80,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Verify(a) => verify::run(&a),
         Command::Radiosity(a) => radiosity::run(&a),
         Command::Measure(a) => measure::run(&a),
+        Command::Bench(a) => bench::run(&a),
         Command::Tonemap(a) => tonemap::run(&a),
     };
     match done {

@@ -57,6 +57,26 @@ fn pictures_are_tone_mapped() {
 }
 
 #[test]
+fn speed_is_measured() {
+    let bench = Bench::new();
+    let said = bench.good(&["bench", "furnace", "--width", "16", "--rounds", "1", "--threads", "2", "--json"]);
+    let told: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    assert_eq!((told["threads"].as_u64(), told["rounds"].as_u64(), told["width"].as_u64()), (Some(2), Some(1), Some(16)));
+    let rays = told["rays"].as_array().expect("kinds of rays");
+    assert_eq!(
+        rays.iter().filter_map(|kind| kind["kind"].as_str()).collect::<Vec<_>>(),
+        ["camera", "bounce", "occlusion", "shadow"]
+    );
+    let rates = rays.iter().flat_map(|kind| [&kind["single"], &kind["batch"], &kind["threads"]]);
+    for rate in rates.chain([&told["paths_single"], &told["paths_threads"]]) {
+        assert!(rate["median"].as_f64().is_some_and(|x| x > 0.0), "{told}");
+    }
+    bench.bad(1, &["bench", "furnace", "--solver", "path-miss"]).says(&["path-mis"]);
+    bench.bad(1, &["bench", "furnace", "--view", "3"]).says(&["no view 3"]);
+    bench.bad(2, &["bench", "furnace", "--rounds", "0"]).says(&["--rounds"]);
+}
+
+#[test]
 fn the_machine_is_told() {
     let said = Bench::new().good(&["doctor"]);
     for row in ["version", "rays", "threads", "memory", "check"] {
