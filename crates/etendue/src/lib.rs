@@ -32,6 +32,7 @@ mod pool;
 pub mod radiosity;
 pub mod render;
 pub mod stats;
+pub mod strategies;
 pub mod surfaces;
 pub mod verify;
 

@@ -19,6 +19,7 @@ mod render;
 mod scene;
 mod scenes;
 mod solvers;
+mod strategies;
 mod summary;
 mod tonemap;
 mod verify;
@@ -56,6 +57,8 @@ enum Command {
     Compare(Box<compare::CompareArguments>),
     /// Test whether all solvers find the same light: PASS, FAIL or INCONCLUSIVE.
     Verify(Box<verify::VerifyArguments>),
+    /// Show what each strategy of bidirectional path tracing finds, as a pyramid of pictures.
+    Strategies(Box<strategies::StrategiesArguments>),
     /// Solve diffuse light between patches: pictures, bounce by bounce, meshes and tables.
     Radiosity(Box<radiosity::RadiosityArguments>),
     /// Measure illuminance and irradiance at points or on a grid.
@@ -78,6 +81,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::FormFactors(a) => form_factors::run(&a),
         Command::Compare(a) => compare::run(&a),
         Command::Verify(a) => verify::run(&a),
+        Command::Strategies(a) => strategies::run(&a),
         Command::Radiosity(a) => radiosity::run(&a),
         Command::Measure(a) => measure::run(&a),
         Command::Bench(a) => bench::run(&a),

@@ -40,6 +40,34 @@ fn pictures_are_compared() {
     bench.bad(1, &["diff", "a.exr", "none.exr"]).says(&["none.exr"]);
 }
 
+/// Strategies (s, t) of two to four vertices: nine, weighted and not; the weighted ones are the picture, and each of one length shows its light.
+#[test]
+fn strategies_are_a_pyramid() {
+    let bench = Bench::new();
+    let small = ["cornell-box", "--width", "12", "--height", "12", "--spp", "64"];
+    bench.good(&[&["strategies"], &small[..], &["--vertices", "4", "-o", "all", "-q"]].concat());
+    let all = bench.picture("all/strategies.exr");
+    assert_eq!(all.layers.len(), 18);
+    let layer = |s: u32, t: u32, word: &str| all.layer(&format!("s{s}t{t}-{word}")).expect("a layer").data();
+    let names = || (2..5).flat_map(|n| (0..n).map(move |s| (s, n - s)));
+    for (i, whole) in all.image.data().iter().enumerate() {
+        let sum: f32 = names().map(|(s, t)| layer(s, t, "weighted")[i]).sum();
+        assert!((sum - whole).abs() <= 1e-4 * whole.abs().max(1e-3), "{i}: {sum} and {whole}");
+    }
+    let mean = |data: &[f32]| data.iter().map(|x| f64::from(*x)).sum::<f64>() / data.len() as f64;
+    // The same seeds, so that this is no matter of chance; the noise of the means is 1 to 3 %.
+    bench.good(&[&["render"], &small[..], &["--bounces", "0..2", "--solver", "path-mis", "-o", "whole.exr"]].concat());
+    let whole = mean(bench.picture("whole.exr").image.data());
+    assert!((mean(all.image.data()) / whole - 1.0).abs() < 0.1);
+    let direct = mean(layer(1, 2, "unweighted"));
+    assert!(direct > 0.1 * whole && (mean(layer(2, 1, "unweighted")) / direct - 1.0).abs() < 0.15);
+    for pyramid in ["all/weighted.png", "all/unweighted.png"] {
+        let shown = bench.picture(pyramid).image;
+        assert_eq!((shown.width(), shown.height()), (4 * 16 - 4, 3 * 16 - 4));
+    }
+    bench.bad(2, &["strategies", "cornell-box", "--vertices", "1"]);
+}
+
 #[test]
 fn pictures_are_tone_mapped() {
     let bench = Bench::new();

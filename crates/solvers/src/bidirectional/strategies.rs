@@ -28,7 +28,8 @@ pub struct StrategyPicture {
     pub weighted: Vec<[f32; 3]>,
 }
 
-/// The pictures of all strategies with s + t ≤ `vertices`, in the order of s + t and then of s, after `passes` passes.
+/// The pictures of all strategies with s + t ≤ `vertices`, in the order of s + t and then of s, after `passes` passes, fewer where it was asked to
+/// stop.
 pub fn pictures(solver: &Bidirectional, scene: &Scene, run: &Run<'_>, passes: u32, vertices: u32) -> Vec<StrategyPicture> {
     let all = solver.strategies(scene, run);
     let film = &all.view.film;
@@ -40,7 +41,12 @@ pub fn pictures(solver: &Bidirectional, scene: &Scene, run: &Run<'_>, passes: u3
     let corner = Vec2::new(film.crop_offset[0] as f32, film.crop_offset[1] as f32);
     let pixels = (film.crop_size[0] as f32) * (film.crop_size[1] as f32);
     let tiling = Tiling::new(film.crop_size);
+    let mut done = 0;
     for k in 0..passes {
+        if run.cancel.is_cancelled() {
+            break;
+        }
+        done = k + 1;
         let plan = SamplePlan::new(run, k);
         let tile = |paths: &mut Paths, unit: usize| {
             let mut splats: Vec<[Vec<Splat>; 2]> = vec![Default::default(); names.len()];
@@ -69,7 +75,7 @@ pub fn pictures(solver: &Bidirectional, scene: &Scene, run: &Run<'_>, passes: u3
         run.pool.install(|| (0..tiling.len()).into_par_iter().for_each_init(Paths::default, tile));
     }
 
-    let started = u64::from(passes) * u64::from(film.crop_size[0]) * u64::from(film.crop_size[1]);
+    let started = u64::from(done) * u64::from(film.crop_size[0]) * u64::from(film.crop_size[1]);
     let developed = |film: &Film| {
         film.start_particles(started);
         film.develop()
