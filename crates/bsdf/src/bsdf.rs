@@ -61,10 +61,11 @@ impl Bsdf {
         self.len == 0
     }
 
-    /// Whether any lobe has a frame of its own: only then may the surface be another one, looked at from another side.
+    /// Whether any lobe has a frame of its own, or belongs to the side that it is seen from: only then may the surface be another one, looked at
+    /// from another side.
     #[inline]
     pub fn is_bent(&self) -> bool {
-        self.lobes().any(|slot| slot.frame.is_some())
+        self.lobes().any(|slot| slot.frame.is_some() || slot.lobe.is_one_way())
     }
 
     /// Adds `weight` times a lobe; weights that are not positive numbers add nothing. `false` where there is no room: the

@@ -106,6 +106,12 @@ impl Lobe {
     pub fn has_choice(&self) -> bool {
         !matches!(self, Self::Diffuse(_) | Self::Conductor(_) | Self::RoughConductor(_) | Self::Null(_))
     }
+
+    /// Whether f(wo, wi) belongs to the side of `wo`, and is another where light and eye change places.
+    #[inline]
+    pub fn is_one_way(&self) -> bool {
+        matches!(self, Self::Hair(_))
+    }
 }
 
 lobes!(
@@ -123,5 +129,6 @@ lobes!(
     CoatedDiffuse,
     Layered,
     DiffuseTransmission,
+    Hair,
     Null,
 );

@@ -142,7 +142,7 @@ fn materials_and_their_roughness() {
     assert_eq!(value(gold, "alpha_u"), &Value::Float(0.5));
     assert_eq!(value(gold, "masking"), &Value::String("correlated".to_owned()));
     assert_eq!(nodes(&scene, Kind::Bsdf, "twosided").len(), 2);
-    assert_eq!(value(nodes(&scene, Kind::Bsdf, "dielectric")[0], "int_ior"), &Value::Float(1.5168));
+    assert_eq!(value(nodes(&scene, Kind::Bsdf, "dielectric")[0], "int_ior"), &Value::String("glass-BK7".to_owned()));
     assert_eq!(value(nodes(&scene, Kind::Bsdf, "conductor")[0], "reflectance"), &Value::Rgb([0.1, 0.2, 0.3]));
 }
 

@@ -46,6 +46,10 @@ const EVERY_PARAMETER: &[&str] = &[
        <float name="diffuse_transmittance_sampling_rate" value="2"/></bsdf>"#,
     r#"<bsdf type="phong"><rgb name="diffuse_reflectance" value="0.1 0.2 0.3"/><float name="specular_reflectance" value="0.4"/>
        <float name="exponent" value="50"/></bsdf>"#,
+    r#"<bsdf type="hair"><rgb name="sigma_a" value="0.1 0.2 0.3"/><float name="beta_m" value="0.2"/><float name="beta_n" value="0.4"/>
+       <float name="alpha" value="3"/><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
+    r#"<bsdf type="hair"><float name="eumelanin" value="0.3"/><float name="pheomelanin" value="0.5"/><float name="scale_tilt" value="3"/>
+       <float name="longitudinal_roughness" value="0.2"/><float name="azimuthal_roughness" value="0.4"/></bsdf>"#,
     r#"<bsdf type="null"/>"#,
     r#"<bsdf type="mask"><float name="opacity" value="0.25"/><bsdf type="diffuse"/></bsdf>"#,
     r#"<bsdf type="blendbsdf"><texture name="weight" type="checkerboard"/><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf>"#,

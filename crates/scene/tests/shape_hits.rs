@@ -103,6 +103,41 @@ fn a_disk_is_met_where_it_is() {
     close3(World::new(vec![behind.into()]).look(4.0 * Vec3::Z, -Vec3::Z).expect("a hit").n, -Vec3::Z, 0.0);
 }
 
+/// pbrt: u = φ/2π, v from the pole at -z on a sphere and from the rim on a disk [Pharr, Jakob, Humphreys 2023, §6.2.3, §6.4.3].
+#[test]
+fn texture_coordinates_of_pbrt_and_their_derivatives() {
+    let ball = |pbrt| Sphere::new(DVec3::ZERO, DMat3::IDENTITY, false).expect("a sphere").with_pbrt_uv(pbrt);
+    let plate = |pbrt| Disk::new(&ID, false).expect("a disk").with_pbrt_uv(pbrt);
+    let sheet = |pbrt_uv| {
+        let positions = vec![Vec3::new(-2.0, -2.0, 0.0), Vec3::new(3.0, -2.0, 0.0), Vec3::new(0.0, 3.0, 0.0)];
+        let data = MeshData { positions, indices: vec![[0, 1, 2]], ..MeshData::default() };
+        let mut mesh = Mesh::new(&data, &ID, true);
+        mesh.pbrt_uv = pbrt_uv;
+        mesh
+    };
+    let from = Vec3::new(0.3, 0.2, 4.0);
+    for pbrt in [false, true] {
+        for shape in [Shape::from(ball(pbrt)), plate(pbrt).into(), sheet(pbrt).into()] {
+            let name = format!("{shape:?}");
+            let world = World::new(vec![shape]);
+            let x = world.look(from, -Vec3::Z).expect("a hit");
+            for (along, want) in [(x.dp_du, Vec2::X), (x.dp_dv, Vec2::Y)] {
+                let step = 1e-3 / along.length();
+                let there = world.look(from + along * step, -Vec3::Z).expect("a hit");
+                let moved = (there.uv - x.uv) / step;
+                assert!((moved - want).length() < 2e-2, "{pbrt} {name}: {moved} is not {want}");
+            }
+        }
+    }
+    let uv = |shape: Shape, from: Vec3, d: Vec3| World::new(vec![shape]).look(from, d).expect("a hit").uv;
+    let low = Vec3::new(0.0, 3.0, -0.5);
+    assert!((uv(ball(true).into(), low, -Vec3::Y) - Vec2::new(0.25, 1.0 / 3.0)).length() < 1e-6);
+    assert!((uv(ball(false).into(), low, -Vec3::Y) - Vec2::new(0.25, 2.0 / 3.0)).length() < 1e-6);
+    assert!((uv(plate(true).into(), Vec3::new(0.0, -0.75, 1.0), -Vec3::Z) - Vec2::new(0.75, 0.25)).length() < 1e-6);
+    let corner = uv(sheet(true).into(), Vec3::new(0.0, 2.999, 1.0), -Vec3::Z);
+    assert!((corner - Vec2::ONE).length() < 1e-3, "{corner}");
+}
+
 #[test]
 fn a_cylinder_is_met_where_it_is() {
     let m = DMat4::from_translation(DVec3::new(1.0, 0.0, 0.0)) * DMat4::from_scale(DVec3::new(2.0, 2.0, 3.0));

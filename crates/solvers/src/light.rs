@@ -19,7 +19,7 @@ pub struct Light;
 
 impl ParticleSolver for Light {
     fn needs(&self) -> Needs {
-        Needs { finite_lens: true, ..Needs::default() }
+        Needs { finite_lens: true, both_ways: true, ..Needs::default() }
     }
 
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {

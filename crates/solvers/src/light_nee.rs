@@ -18,7 +18,7 @@ pub struct LightNee;
 
 impl ParticleSolver for LightNee {
     fn needs(&self) -> Needs {
-        Needs { no_mirrors_in_view: true, ..Needs::default() }
+        Needs { no_mirrors_in_view: true, both_ways: true, ..Needs::default() }
     }
 
     fn shoot(&self, c: &LightContext<'_>, u: &Sampler, tally: &mut Tally) {

@@ -17,7 +17,7 @@ use crate::radiosity::Radiosity;
 use crate::run::Run;
 use crate::transport::sees_mirrors;
 use crate::whitted::Whitted;
-use etendue_scene::{Integrator, Scene};
+use etendue_scene::{Integrator, Material, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt;
@@ -88,6 +88,8 @@ pub struct Needs {
     pub no_mirrors_in_view: bool,
     /// Light is red, green and blue.
     pub rgb: bool,
+    /// No surface is a wall from one side and nothing from the other, as hair is: walks from the lights cannot go the way that the eye looks.
+    pub both_ways: bool,
 }
 
 /// What a solver's picture converges to.
@@ -124,6 +126,10 @@ impl Needs {
         if self.rgb && scene.spectral {
             let reason = "patches carry red, green and blue, and no wavelengths; leave --spectral out, or say --rgb".to_owned();
             return Err(Refusal { reason, instead: vec!["path-mis"] });
+        }
+        if self.both_ways && scene.materials.iter().any(|m| matches!(m, Material::Hair(_))) {
+            let reason = "hair takes in light that crosses it along walks from the eye alone: of walks from the lights much would be missing";
+            return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
         }
         let points = scene.emitters.iter().filter(|e| e.is_delta()).count();
         if self.lights_that_can_be_hit && points > 0 {

@@ -235,7 +235,21 @@ fn coated() -> Vec<Row> {
     ]
 }
 
+/// Fibres: what a wall sends out depends on who looks, so light and eye cannot change places.
+fn hair() -> Vec<Row> {
+    let row = |name: &str, p: HairParams, energy| Row::new(format!("hair, {name}"), Hair::new(p), energy).bent();
+    let white = HairParams::default();
+    let brown = HairParams { sigma_a: Spectrum::rgb(0.5, 0.9, 1.8), ..white };
+    vec![
+        row("white", white, Energy::Kept),
+        row("white, rough", HairParams { beta_m: 0.9, beta_n: 0.8, alpha: 0.0, ..white }, Energy::Kept),
+        row("white, smooth", HairParams { beta_m: 0.12, beta_n: 0.15, ..white }, Energy::Kept),
+        row("brown", brown, Energy::AtLeast(0.05)),
+        row("brown, uneven", HairParams { beta_m: 0.2, beta_n: 0.6, alpha: 5.0, eta: 1.3, ..brown }, Energy::AtLeast(0.05)),
+    ]
+}
+
 /// All of them.
 pub fn rows() -> Vec<Row> {
-    [smooth(), rough(), principled(), coated(), sums()].into_iter().flatten().collect()
+    [smooth(), rough(), principled(), coated(), hair(), sums()].into_iter().flatten().collect()
 }

@@ -5,7 +5,9 @@
 //! c(t) by de Casteljau's or de Boor's scheme,  width(u) = (1 - u) width0 + u width1,  u along the whole curve
 //! ```
 //!
-//! A `flat` curve always faces its viewer. A mesh cannot, and a tube of the same width has the same outline: `flat` is rendered as `cylinder`.
+//! A `flat` curve always faces its viewer. A mesh cannot, and a tube of the same width has the same outline: `flat` is rendered as `cylinder`, and so
+//! is whatever is made of `hair`, which needs the wall of a fibre. A segment has as many steps as its bend asks for: chords stay within a twentieth of the
+//! width.
 //! Frames along a tube do not twist: each is the one before it, turned by the least rotation [Bloomenthal 1990].
 
 use super::shapes::{Geometry, grid};
@@ -14,14 +16,15 @@ use super::{Reader, param};
 use etendue_description::{MeshData, Value};
 use glam::{DQuat, DVec3, Vec2};
 
-/// Sides of a tube, and steps along a segment.
+/// Sides of a tube.
 const SIDES: u32 = 6;
-const STEPS: usize = 8;
+/// The most steps along a segment.
+const MOST_STEPS: usize = 32;
 
 pub(super) fn curve(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
     let control = reader.positions(list)?;
     let d = &mut reader.diagnostics;
-    let kind = list.choice(d, "type", &["flat", "cylinder", "ribbon"]);
+    let mut kind = list.choice(d, "type", &["flat", "cylinder", "ribbon"]);
     let basis = list.choice(d, "basis", &["bezier", "bspline"]);
     let degree = list.integer(d, "degree", 3, 2..=3) as usize;
     let width = list.float(d, "width", 1.0);
@@ -43,11 +46,22 @@ pub(super) fn curve(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
         return None;
     }
 
+    // A mesh of fibres is seen from outside, whatever `ReverseOrientation` says.
+    let hair = reader.state.material.is_some_and(|m| reader.description.node(m).model.value == "hair");
+    if hair {
+        if kind == "ribbon" {
+            reader.once(list.span, "a `ribbon` of hair is rendered as a `cylinder` of the same width");
+        }
+        kind = "cylinder";
+    }
+
     // Points along the whole curve.
-    let steps = segments * STEPS;
     let control: Vec<DVec3> = control.iter().map(|p| p.as_dvec3()).collect();
+    let each = steps_of(&control, degree, bezier, widths[0].max(widths[1]));
+    let steps = segments * each;
     let point = |i: usize| {
-        let (segment, t) = (i.min(steps - 1) / STEPS, (i - i.min(steps - 1) / STEPS * STEPS) as f64 / STEPS as f64);
+        let segment = i.min(steps - 1) / each;
+        let t = (i - segment * each) as f64 / each as f64;
         let first = if bezier { segment * degree } else { segment };
         along(&control[first..=first + degree], bezier, t)
     };
@@ -59,8 +73,8 @@ pub(super) fn curve(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
     let mut mesh = MeshData::default();
     let columns = if let Some(normals) = normals.filter(|_| kind == "ribbon") {
         for i in 0..=steps {
-            let segment = i.min(steps - 1) / STEPS;
-            let t = (i - segment * STEPS) as f64 / STEPS as f64;
+            let segment = i.min(steps - 1) / each;
+            let t = (i - segment * each) as f64 / each as f64;
             let [a, b] = [segment, segment + 1].map(|k| normals[k].as_dvec3().normalize_or(DVec3::Z));
             let n = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(a, b), t) * a;
             let across = n.cross(tangents[i]).normalize_or(tangents[i].any_orthonormal_vector());
@@ -95,7 +109,19 @@ pub(super) fn curve(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
     mesh.indices = grid(columns, steps as u32).collect();
     let mesh = crate::mesh::finish::finish(mesh, 0).mesh;
     let mesh: Value = reader.mesh(mesh);
-    Some(("trianglemesh", vec![param("filename", mesh, list.span)]))
+    let mut params = vec![param("filename", mesh, list.span)];
+    if hair && reader.state.reverse_orientation {
+        params.push(param("flip_normals", Value::Bool(false), list.span));
+    }
+    Some(("trianglemesh", params))
+}
+
+/// Steps a segment: n chords of a curve c leave it by max |c''|/(8 n²), and |c''| is at most a multiple of the control points' second differences.
+fn steps_of(control: &[DVec3], degree: usize, bezier: bool, width: f64) -> usize {
+    let bend = control.windows(3).map(|p| (p[0] - 2.0 * p[1] + p[2]).length()).fold(0.0, f64::max);
+    let second = bend * if bezier { (degree * (degree - 1)) as f64 } else { 1.0 };
+    let steps = (second / (8.0 * 0.05 * width.abs())).sqrt().ceil();
+    if steps.is_finite() { (steps as usize).clamp(2, MOST_STEPS) } else { MOST_STEPS }
 }
 
 /// The point at t in [0, 1] of one segment.

@@ -9,10 +9,11 @@
 //! | `displacement`, `normalmap` | `bumpmap`, `normalmap` around the model |
 //! | `subsurface`, `measured` | refused |
 
-use super::spectra::{Role, glass, metal};
+use super::spectra::{Role, metal};
 use super::values::{List, Type, Values};
 use super::{Named, Reader, child, param};
 use etendue_description::{Kind, NodeId, Param, Span, Spanned, Value};
+use etendue_numerics::spectrum::ior;
 
 const MATERIALS: [&str; 10] = [
     "diffuse",
@@ -230,9 +231,9 @@ impl Reader<'_> {
             Some((Type::Spectrum, Values::Texts(v))) if v.len() == 1 => Some(v[0].0.clone()),
             _ => None,
         };
-        if let Some(n) = named.as_deref().and_then(glass) {
+        if let Some(glass) = named.filter(|name| ior::glass(name).is_some()) {
             list.raw(name);
-            return vec![param("int_ior", Value::Float(n), span), exterior];
+            return vec![param("int_ior", Value::String(glass), span), exterior];
         }
         let value = if list.has_type(name, Type::Float) || list.has_type(name, Type::Texture) {
             self.number(list, name).map(|v| v.value)
@@ -242,10 +243,6 @@ impl Reader<'_> {
         let value = match value {
             None => Value::Float(default),
             Some(Value::Spectrum(etendue_description::SpectrumValue::Constant(x))) => Value::Float(x),
-            Some(Value::Spectrum(spectrum)) => {
-                // One index for all colours, that in the middle of the visible range by luminance.
-                Value::Float(super::spectra::luminance(&spectrum))
-            }
             Some(Value::Rgb([r, g, b])) => Value::Float(0.2126 * r + 0.7152 * g + 0.0722 * b),
             Some(Value::Node(_)) => {
                 self.diagnostics.error(span, format!("`{name}` of {} cannot be a texture", list.owner));
@@ -382,6 +379,6 @@ impl Reader<'_> {
 
 /// η or k of copper as linear Rec.709.
 fn copper(part: &str) -> [f64; 3] {
-    let metal = etendue_numerics::spectrum::ior::Conductor::named("Cu").map(|m| m.to_rgb()).unwrap_or_default();
+    let metal = ior::Conductor::named("Cu").map(|m| m.to_rgb()).unwrap_or_default();
     (if part == "eta" { metal.0 } else { metal.1 }).map(f64::from)
 }

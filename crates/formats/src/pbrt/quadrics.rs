@@ -17,6 +17,9 @@ use glam::{DVec2, DVec3};
 const AROUND: u32 = 256;
 const ALONG: u32 = 128;
 
+/// Texture coordinates as above; those of [`crate::mitsuba`] differ.
+const PBRT_UV: (&str, Value) = ("pbrt_uv", Value::Bool(true));
+
 /// A mesh of points and normals over (u, v) in the unit square.
 fn tessellated(
     reader: &mut Reader,
@@ -60,7 +63,8 @@ pub(super) fn sphere(reader: &mut Reader, list: &mut List, to_world: &Transform)
     let (z_min, z_max) = (z_min.min(z_max), z_min.max(z_max));
     let full = z_min <= -r && z_max >= r && is_whole(phi_max);
     if full && keeps_round(to_world) {
-        return Some(("sphere", vec![param("radius", Value::Float(r), list.span_of("radius"))]));
+        let params = [("radius", Value::Float(r)), PBRT_UV].map(|(name, value)| param(name, value, list.span_of(name)));
+        return Some(("sphere", params.to_vec()));
     }
     let [from, to] = [z_min, z_max].map(|z| (z / r).clamp(-1.0, 1.0).acos());
     tessellated(reader, list, [AROUND, ALONG], |u, v| {
@@ -78,7 +82,8 @@ pub(super) fn disk(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
     let phi_max = sweep(reader, list);
     if inner == 0.0 && is_whole(phi_max) {
         let place = raised(DVec3::new(r, r, 1.0), height)?;
-        return Some(("disk", vec![param("to_world", Value::Transform(Box::new(place)), list.span)]));
+        let params = [("to_world", Value::Transform(Box::new(place))), PBRT_UV];
+        return Some(("disk", params.map(|(name, value)| param(name, value, list.span)).to_vec()));
     }
     tessellated(reader, list, [AROUND, 1], |u, v| {
         let (sin, cos) = (u * phi_max).sin_cos();

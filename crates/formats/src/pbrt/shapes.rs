@@ -59,7 +59,7 @@ impl Reader<'_> {
             _ => to_world,
         };
         params.push(param("to_world", Value::Transform(Box::new(place)), span));
-        if self.state.reverse_orientation {
+        if self.state.reverse_orientation && !params.iter().any(|p| p.name.value == "flip_normals") {
             params.push(param("flip_normals", Value::Bool(true), span));
         }
         if let Some((_, at)) = &file {

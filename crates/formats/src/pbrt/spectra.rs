@@ -14,6 +14,7 @@
 use super::values::{Entry, List, Type, Values};
 use super::{Named, Reader};
 use etendue_description::{Span, Spanned, SpectrumValue, Value};
+use etendue_numerics::spectrum::illuminants::{ILLUMINANTS, illuminant};
 use etendue_numerics::spectrum::{SampledSpectrum, cie, ior};
 use glam::{DMat3, DVec3};
 
@@ -70,25 +71,14 @@ pub(super) enum Role {
     Light,
 }
 
-/// The metals whose spectra pbrt names and that are known here.
-const METALS: [&str; 6] = ["Ag", "Al", "Au", "Cu", "MgO", "TiO2"];
+/// The metals whose spectra pbrt names.
+const METALS: [&str; 7] = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"];
 
-/// Indices of refraction of named glasses at 589 nm (d line), from their makers' data sheets [Schott].
-const GLASSES: [(&str, f64); 8] = [
-    ("glass-BK7", 1.5168),
-    ("glass-BAF10", 1.67003),
-    ("glass-FK51A", 1.48656),
-    ("glass-LASF9", 1.85025),
-    ("glass-F5", 1.60342),
-    ("glass-SF5", 1.67271),
-    ("glass-SF10", 1.72828),
-    ("glass-SF11", 1.78472),
-];
+/// The glasses whose indices pbrt names. `F5`, `F10` and `F11` are its names for the dense flints SF5, SF10 and SF11.
+const GLASSES: [&str; 7] = ["glass-BK7", "glass-BAF10", "glass-FK51A", "glass-LASF9", "glass-F5", "glass-F10", "glass-F11"];
 
-/// The index of refraction of a named glass.
-pub(super) fn glass(name: &str) -> Option<f64> {
-    GLASSES.iter().find(|(known, _)| *known == name).map(|(_, n)| *n)
-}
+/// What names of the responses of cameras begin with.
+const CAMERAS: [&str; 4] = ["canon_", "hasselblad_", "nikon_", "sony_"];
 
 /// The metal of `metal-X-eta` or `metal-X-k`, and which of both.
 pub(super) fn metal(name: &str) -> Option<(&'static str, &str)> {
@@ -99,8 +89,8 @@ pub(super) fn metal(name: &str) -> Option<(&'static str, &str)> {
 
 fn names() -> impl Iterator<Item = String> {
     let metals = METALS.iter().flat_map(|m| [format!("metal-{m}-eta"), format!("metal-{m}-k")]);
-    let glasses = GLASSES.iter().map(|(name, _)| (*name).to_owned());
-    metals.chain(glasses).chain(["stdillum-A", "stdillum-D65"].map(str::to_owned))
+    let lamps = ILLUMINANTS.iter().filter(|name| **name != "D60").map(|name| format!("stdillum-{name}"));
+    metals.chain(GLASSES.map(str::to_owned)).chain(lamps).chain(["illum-acesD60".to_owned()])
 }
 
 /// The spectrum of a name.
@@ -110,18 +100,12 @@ fn named(name: &str) -> Option<SpectrumValue> {
         let spectrum = if part == "eta" { metal.eta } else { metal.k };
         return Some(SpectrumValue::Samples(spectrum.pairs().collect()));
     }
-    if let Some(n) = glass(name) {
-        return Some(SpectrumValue::Constant(n));
+    if let Some(glass) = ior::glass(name) {
+        let nm = (0..=50).map(|i| 350.0 + 10.0 * f64::from(i));
+        return Some(SpectrumValue::Samples(nm.map(|nm| (nm, glass.index(nm))).collect()));
     }
-    match name {
-        "stdillum-D65" => {
-            let nm = (0..95).map(|i| cie::LAMBDA_MIN + 5.0 * f64::from(i));
-            Some(SpectrumValue::Samples(nm.map(|nm| (nm, cie::d65(nm))).collect()))
-        }
-        // Illuminant A is Planck's law [CIE 15:2004] at what is 2856 K by today's constants.
-        "stdillum-A" => Some(SpectrumValue::Blackbody { kelvin: 2855.54, scale: 1.0 }),
-        _ => None,
-    }
+    let lamp = name.strip_prefix("stdillum-").or_else(|| name.strip_prefix("illum-aces"))?;
+    Some(SpectrumValue::Samples(illuminant(lamp)?.pairs().collect()))
 }
 
 /// Y of a spectrum, equal energy having 1.
@@ -225,13 +209,18 @@ impl Reader<'_> {
         if let Some(spectrum) = named(name) {
             return Some(spectrum);
         }
-        let looks_named = ["metal-", "glass-", "stdillum-", "illum-"].iter().any(|start| name.starts_with(start));
-        if looks_named {
+        let begins = |starts: &[&str]| starts.iter().any(|start| name.starts_with(start));
+        if begins(&CAMERAS) && ["_r", "_g", "_b"].iter().any(|end| name.ends_with(end)) {
+            let text = format!("`{name}` is how a camera's sensor answers: what cameras see is not rendered, light is");
+            self.diagnostics.error(span, text).help("give its wavelengths and values instead");
+            return None;
+        }
+        if begins(&["metal-", "glass-", "stdillum-", "illum-"]) {
             let known: Vec<String> = names().collect();
             self.diagnostics
                 .error(span, format!("the spectrum `{name}` is not known here"))
                 .suggest(name, known.iter().map(String::as_str))
-                .help("give its wavelengths and values instead");
+                .help(format!("known: {}; or give wavelengths and values", known.join(", ")));
             return None;
         }
         let path = self.find(name, span)?;
@@ -285,6 +274,6 @@ mod tests {
         for name in names() {
             assert!(luminance(&named(&name).unwrap()) > 0.0, "{name}");
         }
-        assert!(named("metal-Ag").is_none() && named("metal-Ag-n").is_none());
+        assert!(named("metal-Ag").is_none() && named("metal-Ag-n").is_none() && named("stdillum-S0").is_none());
     }
 }

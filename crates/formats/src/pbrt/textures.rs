@@ -8,6 +8,7 @@
 //! | `fbm`, `wrinkled`, `windy`, `marble` | the same |
 //! | `ptex` | refused |
 //!
+//! A `float` picture is the mean of its colour's channels, or its alpha where that is not 1 everywhere.
 //! A picture's (0, 0) is its lower left corner in pbrt, its upper left one here. Filtering by footprint (`trilinear`, `ewa`) is what many
 //! samples a pixel do; a single look-up is bilinear.
 
@@ -137,7 +138,7 @@ impl Reader<'_> {
                 let model = ["fbm", "wrinkled", "marble", "windy"].into_iter().find(|m| *m == model)?;
                 (model, params)
             }
-            "imagemap" => return self.image_map(list),
+            "imagemap" => return self.image_map(list, float),
             _ => {
                 let refused = [("ptex", "textures per face cannot be rendered; unwrap the mesh and use `imagemap`")];
                 self.unknown_model(list, "texture", model, &TEXTURES[..12], &refused);
@@ -148,7 +149,7 @@ impl Reader<'_> {
         Some(self.node(Kind::Texture, model, span, params))
     }
 
-    fn image_map(&mut self, list: &mut List) -> Option<NodeId> {
+    fn image_map(&mut self, list: &mut List, float: bool) -> Option<NodeId> {
         let span = list.span;
         let mut params = Vec::new();
         let wrap = list.choice(&mut self.diagnostics, "wrap", &["repeat", "black", "clamp", "octahedralsphere"]);
@@ -185,6 +186,9 @@ impl Reader<'_> {
         let path = self.find(&name, at)?;
         self.keep_bytes(&path);
         params.push(param("filename", Value::Path(path), at));
+        if float {
+            params.push(param("number", Value::Bool(true), span));
+        }
         let mut node = self.node(Kind::Texture, "bitmap", span, params);
         if !mapped.is_empty() {
             let mut params = mapped;

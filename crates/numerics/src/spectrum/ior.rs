@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn every_name_is_known() {
         let names: Vec<_> = conductor_names().collect();
-        assert_eq!(names.len(), 71);
+        assert_eq!(names.len(), 72);
         for name in names {
             let (eta, k) = Conductor::named(name).unwrap().to_rgb();
             assert!(eta.iter().chain(&k).all(|x| x.is_finite()) && eta.iter().any(|&x| x > 0.0), "{name}");

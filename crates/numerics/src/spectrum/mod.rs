@@ -3,11 +3,12 @@
 //! In RGB mode lanes 0 to 2 hold linear Rec.709 and lane 3 is zero; in spectral mode each lane holds the value at one hero
 //! wavelength. Code above works on lanes alike and never asks which mode it is in.
 //!
-//! Beside it: what lanes stand for ([`Wavelengths`]), spectra of colours ([`upsample`], [`curve`]), the observer and what turns spectra into linear Rec.709 ([`cie`]), tabulated spectra as inert data ([`sampled`]), and the refractive
-//! indices that have names ([`ior`]).
+//! Beside it: what lanes stand for ([`Wavelengths`]), spectra of colours ([`upsample`], [`curve`]), the observer and what turns spectra into linear Rec.709 ([`cie`]), tabulated spectra as inert data ([`sampled`]), the refractive
+//! indices that have names ([`ior`]), and so the [`illuminants`].
 
 pub mod cie;
 pub mod curve;
+pub mod illuminants;
 pub mod ior;
 pub mod sampled;
 pub mod upsample;

@@ -187,7 +187,7 @@ impl<'a> Compiler<'a> {
         let path = params.path_opt(self.diagnostics, "filename")?;
         let span = params.span_of("filename");
         let texels = match etendue_image::load(path) {
-            Ok(image) => Texels::new(image, false),
+            Ok(image) => Texels::new(image, None),
             Err(error) => {
                 self.diagnostics.error(span, error.to_string());
                 return None;

@@ -26,6 +26,7 @@ const MODELS: &[&str] = &[
     "coateddiffuse",
     "coatedconductor",
     "diffusetransmission",
+    "hair",
     "null",
     "mask",
     "blendbsdf",
@@ -36,7 +37,6 @@ const MODELS: &[&str] = &[
 
 /// Models that Mitsuba knows and that are refused here, with the reason.
 const REFUSED: &[(&str, &str)] = &[
-    ("hair", "hair fibres cannot be rendered yet"),
     ("measured", "tabulated measurements cannot be rendered yet"),
     ("measured_polarized", "étendue does not track polarisation"),
     ("polarizer", "étendue does not track polarisation"),
@@ -115,6 +115,7 @@ impl<'a> Compiler<'a> {
             "coateddiffuse" => Some(self.coated_diffuse(p)),
             "coatedconductor" => Some(self.coated_conductor(p)),
             "diffusetransmission" => Some(self.diffuse_transmission(p)),
+            "hair" => Some(self.hair(p)),
             "null" => Some(Null.into()),
             "mask" => self.mask(p),
             "blendbsdf" => self.blend(p),

@@ -123,7 +123,7 @@ impl<'a> Compiler<'a> {
             "cylinder" => self.cylinder(params, &to_world),
             "disk" => {
                 let flip = params.bool(self.diagnostics, "flip_normals", false);
-                let disk = Disk::new(&to_world, flip);
+                let disk = Disk::new(&to_world, flip).map(|disk| disk.with_pbrt_uv(self.pbrt_uv(params)));
                 self.or_degenerate(params.span_of("to_world"), "disk", disk)
             }
             "rectangle" => self.finished(params, Mesh::rectangle(&to_world)),
@@ -142,6 +142,11 @@ impl<'a> Compiler<'a> {
         let text = "`to_world` of a shape has a perspective part: its last row is not (0, 0, 0, 1)";
         self.diagnostics.error(params.span_of("to_world"), text);
         None
+    }
+
+    /// Whether texture coordinates are those of pbrt rather than Mitsuba's.
+    fn pbrt_uv(&mut self, params: &mut Params<'a>) -> bool {
+        params.bool(self.diagnostics, "pbrt_uv", false)
     }
 
     fn or_degenerate<S: Into<Shape>>(&mut self, span: Span, what: &str, shape: Option<S>) -> Option<Shape> {
@@ -165,7 +170,8 @@ impl<'a> Compiler<'a> {
             let text = "`to_world` stretches or shears this sphere: it is rendered as the sphere whose radius is the length of the map's first column";
             self.diagnostics.warning(params.span_of("to_world"), text).help("for an ellipsoid use a mesh");
         }
-        let sphere = Sphere::new(to_world.point_f64(center), m, flip);
+        let pbrt_uv = self.pbrt_uv(params);
+        let sphere = Sphere::new(to_world.point_f64(center), m, flip).map(|sphere| sphere.with_pbrt_uv(pbrt_uv));
         self.or_degenerate(params.span_of("to_world"), "sphere", sphere)
     }
 
@@ -245,6 +251,7 @@ impl<'a> Compiler<'a> {
         let mut mesh = Mesh::new(data, to_world, face_normals);
         // Its front is that of the winding in its own coordinates.
         mesh.flip_normals = flat && to_world.flips();
+        mesh.pbrt_uv = pbrt;
         self.finished(params, mesh)
     }
 

@@ -8,6 +8,7 @@ use crate::texture::{
     Noise, Product, Role, Space, Texels, Texture, Turbulence, UvMap, WrapMode,
 };
 use etendue_description::{Description, Dialect, Kind, Node, NodeId, Param, Params, Value};
+use etendue_image::{Depth, Encoding, Image, Transfer};
 use etendue_numerics::Vec3;
 use glam::Affine3A;
 use rayon::prelude::*;
@@ -42,42 +43,81 @@ const REFUSED: &[(&str, &str)] = &[("volume", "textures over space cannot be ren
 /// A picture that could be read, or why not.
 type Loaded = Result<Arc<Texels>, String>;
 
-/// What is read once however often it is named: pictures by path and whether they are raw, constant spectra by node.
+/// How a picture is read: what its numbers stand for where that is not what the file says, and whether a texel is one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Manner {
+    raw: bool,
+    /// The bits of an exponent.
+    gamma: Option<u32>,
+    number: bool,
+}
+
+/// What is read once however often it is named: pictures by path and manner, constant spectra by node.
 #[derive(Debug, Default)]
 pub(crate) struct ImageCache {
     /// `None` until the first picture is asked for.
-    pictures: Option<BTreeMap<(PathBuf, bool), Loaded>>,
+    pictures: Option<BTreeMap<(PathBuf, Manner), Loaded>>,
     pub(super) constants: BTreeMap<NodeId, Option<ConstantSpectrum>>,
 }
 
 impl ImageCache {
     /// The texels of a picture. The first question reads every picture of the description, in parallel.
-    fn texels(&mut self, description: &Description, path: &Path, raw: bool) -> Loaded {
+    fn texels(&mut self, description: &Description, path: &Path, manner: Manner) -> Loaded {
         let pictures = self.pictures.get_or_insert_with(|| {
             let named: BTreeSet<_> = description.nodes.iter().filter_map(picture_of).collect();
-            named.into_par_iter().map(|(path, raw)| ((path.to_owned(), raw), load(path, raw))).collect()
+            named.into_par_iter().map(|(path, manner)| ((path.to_owned(), manner), load(path, manner))).collect()
         });
-        pictures.entry((path.to_owned(), raw)).or_insert_with(|| load(path, raw)).clone()
+        pictures.entry((path.to_owned(), manner)).or_insert_with(|| load(path, manner)).clone()
     }
 }
 
-/// The picture that a texture node names, and whether it is raw.
-fn picture_of(node: &Node) -> Option<(&Path, bool)> {
+/// The picture that a texture node names, and its manner.
+fn picture_of(node: &Node) -> Option<(&Path, Manner)> {
     if node.kind != Kind::Texture || node.model.value != "bitmap" {
         return None;
     }
     let value = |name: &str| node.params.iter().find(|p| p.name.value == name).map(|p| &p.value.value);
     match value("filename") {
-        Some(Value::Path(path)) => Some((path, matches!(value("raw"), Some(Value::Bool(true))))),
+        Some(Value::Path(path)) => {
+            let is = |name| matches!(value(name), Some(Value::Bool(true)));
+            let gamma = value("gamma").and_then(|g| if let Value::Float(g) = g { Some((*g as f32).to_bits()) } else { None });
+            Some((path, Manner { raw: is("raw"), gamma, number: is("number") }))
+        }
         _ => None,
     }
 }
 
-fn load(path: &Path, raw: bool) -> Loaded {
+fn load(path: &Path, manner: Manner) -> Loaded {
     let image = etendue_image::load(path).map_err(|e| e.to_string())?;
     let channels = image.channels().join(", ");
     let wanted = "expected R, G, B or Y, with or without A";
-    Texels::new(image, raw).map(Arc::new).ok_or_else(|| format!("{}: channels {channels}; {wanted}", path.display()))
+    let transfer = match manner.gamma {
+        _ if manner.raw => Some(Transfer::Linear),
+        // Floating-point numbers are light already.
+        Some(bits) if matches!(image.encoding().depth, Depth::Unorm8 | Depth::Unorm16) => {
+            Some(Transfer::Gamma(f32::from_bits(bits)))
+        }
+        _ => None,
+    };
+    let image = if manner.number { one_number(image, transfer) } else { Some(image) };
+    image
+        .and_then(|image| Texels::new(image, if manner.number { None } else { transfer }))
+        .map(Arc::new)
+        .ok_or_else(|| format!("{}: channels {channels}; {wanted}", path.display()))
+}
+
+/// A picture where one number is asked for: the mean of the colour's channels, or alpha where that is not 1 everywhere; `transfer` replaces the
+/// file's own. `None` where the channels are neither grey nor a colour.
+fn one_number(image: Image, transfer: Option<Transfer>) -> Option<Image> {
+    let colour: Option<Vec<usize>> = ["R", "G", "B"].iter().map(|name| image.channel(name)).collect();
+    let grey = || Some(vec![image.channel("Y").or((image.channel_count() == 1).then_some(0))?]);
+    let colour = colour.or_else(grey)?;
+    let alpha = image.channel("A").filter(|a| image.pixels().any(|p| p[*a] != 1.0));
+    let places = alpha.map_or(colour, |a| vec![a]);
+    let transfer = transfer.unwrap_or(image.encoding().transfer);
+    let mean = |p: &[f32]| places.iter().map(|i| transfer.decode(p[*i])).sum::<f32>() / places.len() as f32;
+    let data = image.pixels().map(mean).collect();
+    Some(Image::from_data(image.width(), image.height(), &["Y"], data).ok()?.with_encoding(Encoding::LINEAR))
 }
 
 impl<'a> Compiler<'a> {
@@ -235,6 +275,9 @@ impl<'a> Compiler<'a> {
             _ => WrapMode::Black,
         };
         let raw = params.bool(self.diagnostics, "raw", false);
+        let gamma = params.has("gamma").then(|| params.float(self.diagnostics, "gamma", 1.0, 0.01..=100.0) as f32);
+        let number = params.bool(self.diagnostics, "number", false);
+        let manner = Manner { raw, gamma: gamma.map(f32::to_bits), number };
         let to_uv = UvMap::from(&params.transform(self.diagnostics, "to_uv"));
         // How others store texels; here they are always kept without loss.
         params.ignore(&["accel", "format", "max_anisotropy"]);
@@ -244,7 +287,7 @@ impl<'a> Compiler<'a> {
         }
         let path = params.path_opt(self.diagnostics, "filename")?;
         let span = params.span_of("filename");
-        match self.images.texels(self.description, path, raw) {
+        match self.images.texels(self.description, path, manner) {
             Ok(texels) => {
                 if texels.mended > 0 {
                     let text = format!("this picture holds values that are not finite ({} of them)", texels.mended);

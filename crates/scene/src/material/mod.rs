@@ -19,6 +19,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
+mod hair;
 mod mask;
 mod null;
 mod perturbed;
@@ -34,6 +35,7 @@ pub use conductor::{Conductor, RoughConductor};
 pub use dielectric::{Dielectric, RoughDielectric, ThinDielectric};
 pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
+pub use hair::{Hair, Pigment};
 pub use mask::Mask;
 pub use null::Null;
 pub use perturbed::{BumpMap, NormalMap, NormalOptions};
@@ -202,6 +204,8 @@ materials! {
     Layered,
     /// Diffuse to both sides.
     DiffuseTransmission,
+    /// Fibres.
+    Hair,
     /// Nothing there.
     Null,
     /// Opaque in parts.

@@ -1,7 +1,7 @@
 //! Disks.
 //!
 //! ```text
-//! p = c + x a + y b,  x² + y² ≤ 1,    u = √(x² + y²),  v = φ/2π
+//! p = c + x a + y b,  x² + y² ≤ 1,    u = √(x² + y²),  v = φ/2π;    in pbrt's coordinates  u = φ/2π,  v = 1 - √(x² + y²)
 //! ```
 //!
 //! The axes a and b are the images of x and y; where they differ in length the disk is an ellipse.
@@ -21,6 +21,8 @@ pub struct Disk {
     to_object: DAffine3,
     n: Vec3,
     area: f32,
+    /// Whether u goes around and v inwards, as pbrt has it.
+    pbrt_uv: bool,
 }
 
 impl Disk {
@@ -33,7 +35,13 @@ impl Disk {
         // The normal is a covector: it keeps the side that z is on, whatever the handedness.
         let n = to_object.matrix3.row(2).try_normalize()?;
         let sane = to_object.is_finite() && area.is_finite() && area > 0.0;
-        sane.then(|| Self { to_world, to_object, n: if flip_normals { -n } else { n }.as_vec3(), area })
+        sane.then(|| Self { to_world, to_object, n: if flip_normals { -n } else { n }.as_vec3(), area, pbrt_uv: false })
+    }
+
+    /// The same with pbrt's texture coordinates, if `pbrt` holds.
+    #[must_use]
+    pub fn with_pbrt_uv(self, pbrt: bool) -> Self {
+        Self { pbrt_uv: pbrt, ..self }
     }
 
     /// Object coordinates to world.
@@ -49,7 +57,8 @@ impl Disk {
     fn point(&self, local: DVec2) -> SurfacePoint {
         let p = self.to_world.transform_point3(local.extend(0.0)).as_vec3();
         let phi = atan2(local.y as f32, local.x as f32);
-        let uv = Vec2::new(local.length() as f32, if phi < 0.0 { phi + TAU } else { phi } / TAU);
+        let (radius, around) = (local.length() as f32, if phi < 0.0 { phi + TAU } else { phi } / TAU);
+        let uv = if self.pbrt_uv { Vec2::new(around, 1.0 - radius) } else { Vec2::new(radius, around) };
         SurfacePoint {
             p,
             p_error: p.abs() * gamma(2),
@@ -92,8 +101,9 @@ impl Geometry for Disk {
         let point = self.point(local);
         // Along the radius and around the centre; at the centre itself u alone has a direction.
         let radial = local.normalize_or(DVec2::X);
-        let dp_du = self.to_world.transform_vector3(radial.extend(0.0));
-        let dp_dv = self.to_world.transform_vector3(local.perp().extend(0.0)) * f64::from(TAU);
+        let along = self.to_world.transform_vector3(radial.extend(0.0));
+        let around = self.to_world.transform_vector3(local.perp().extend(0.0)) * f64::from(TAU);
+        let (dp_du, dp_dv) = if self.pbrt_uv { (around, -along) } else { (along, around) };
         Interaction::at(&point, ray, hit, dp_du.as_vec3(), dp_dv.as_vec3())
     }
 

@@ -7,7 +7,7 @@
 //! | | |
 //! | --- | --- |
 //! | n | (p1 - p0) × (p2 - p0), turned to the side of the shading normal where the mesh has normals |
-//! | ∂p/∂u, ∂p/∂v | from p and uv; without texture coordinates (u, v) = (b1, b2) |
+//! | ∂p/∂u, ∂p/∂v | from p and uv; without texture coordinates (u, v) = (b1, b2), in pbrt's coordinates (b1 + b2, b2) |
 //!
 //! The accelerator keeps triangles of its own for intersection; this is what shading looks at.
 
@@ -35,6 +35,8 @@ pub struct Mesh {
     pub attributes: Vec<Attribute>,
     /// Both normals are turned round.
     pub flip_normals: bool,
+    /// Whether triangles without texture coordinates have (0, 0), (1, 0), (1, 1) at their corners, as in pbrt.
+    pub pbrt_uv: bool,
     /// Two triangles side by side in one plane: one primitive to light samplers.
     pub(super) quad: Option<Quad>,
     /// What every hit on a triangle asks for.
@@ -161,7 +163,7 @@ impl Mesh {
     #[inline(always)]
     pub fn uv(&self, triangle: u32, bary: Vec2) -> Vec2 {
         if self.uvs.is_empty() {
-            return bary;
+            return if self.pbrt_uv { Vec2::new(bary.x + bary.y, bary.y) } else { bary };
         }
         interpolate(&self.uvs, self.indices[triangle as usize], [1.0 - bary.x - bary.y, bary.x, bary.y])
     }
@@ -173,7 +175,7 @@ impl Mesh {
         let [p0, p1, p2] = self.corners(index);
         let (e1, e2) = (p1 - p0, p2 - p0);
         if self.uvs.is_empty() {
-            return (e1, e2);
+            return (e1, if self.pbrt_uv { e2 - e1 } else { e2 });
         }
         let [t0, t1, t2] = index.map(|i| self.uvs[i as usize]);
         let (d1, d2) = (t1 - t0, t2 - t0);

@@ -1,7 +1,7 @@
 //! Spheres.
 //!
 //! ```text
-//! |p - c| = r,    u = φ/2π,  v = θ/π      (φ, θ) of the point in object coordinates, z up
+//! |p - c| = r,    u = φ/2π,  v = θ/π, in pbrt's coordinates 1 - θ/π      (φ, θ) of the point in object coordinates, z up
 //! ```
 //!
 //! Seen from outside, points are drawn uniformly in the cone of directions that the sphere fills; the density is 1/(2π(1 - cosθmax)),
@@ -26,6 +26,8 @@ pub struct Sphere {
     to_object: DMat3,
     /// +1 where normals point outwards, -1 where inwards.
     outward: f32,
+    /// Whether v counts from the pole at -z, as pbrt has it.
+    pbrt_uv: bool,
 }
 
 impl Sphere {
@@ -38,7 +40,13 @@ impl Sphere {
             return None;
         }
         let outward = if flip_normals == (to_world.determinant() < 0.0) { 1.0 } else { -1.0 };
-        Some(Self { center, radius, to_world, to_object: inverse, outward })
+        Some(Self { center, radius, to_world, to_object: inverse, outward, pbrt_uv: false })
+    }
+
+    /// The same with pbrt's texture coordinates, if `pbrt` holds.
+    #[must_use]
+    pub fn with_pbrt_uv(self, pbrt: bool) -> Self {
+        Self { pbrt_uv: pbrt, ..self }
     }
 
     /// Turns and scales the unit sphere about the origin, and moves it into its place.
@@ -66,7 +74,7 @@ impl Sphere {
         let p = (self.center + d * self.radius).as_vec3();
         let n = d.as_vec3().normalize() * self.outward;
         let (phi, theta) = self.angles((self.to_object * d).as_vec3());
-        let uv = Vec2::new(phi / TAU, theta / PI);
+        let uv = Vec2::new(phi / TAU, if self.pbrt_uv { 1.0 - theta / PI } else { theta / PI });
         SurfacePoint { p, p_error: p.abs() * gamma(2), n, ns: n, uv, primitive: 0, bary: Vec2::ZERO, pdf_a: 1.0 / self.area_of(0) }
     }
 
@@ -121,7 +129,8 @@ impl Geometry for Sphere {
         let r = local.truncate().length();
         let (cos_phi, sin_phi) = if r > 0.0 { (local.x / r, local.y / r) } else { (1.0, 0.0) };
         let dp_du = self.to_world * DVec3::new(-local.y, local.x, 0.0) * f64::from(TAU);
-        let dp_dv = self.to_world * DVec3::new(local.z * cos_phi, local.z * sin_phi, -r) * f64::from(PI);
+        let dv = if self.pbrt_uv { -PI } else { PI };
+        let dp_dv = self.to_world * DVec3::new(local.z * cos_phi, local.z * sin_phi, -r) * f64::from(dv);
         Interaction::at(&point, ray, hit, dp_du.as_vec3(), dp_dv.as_vec3())
     }
 

@@ -193,7 +193,7 @@ mod tests {
 
     fn bitmap(filter: FilterMode, wrap: WrapMode, to_uv: UvMap) -> Bitmap {
         let image = Image::from_data(W, H, &["Y"], data()).unwrap();
-        Bitmap { texels: Arc::new(Texels::new(image, false).unwrap()), filter, wrap, to_uv, role: Role::Reflectance }
+        Bitmap { texels: Arc::new(Texels::new(image, None).unwrap()), filter, wrap, to_uv, role: Role::Reflectance }
     }
 
     /// The same by integer indices of an endless lattice.

@@ -9,7 +9,7 @@
 //! One number a texel for grey pictures, three for coloured ones; alpha is left out. Decoded values are linear Rec.709, or the code values
 //! themselves divided by their maximum where a picture is `raw`.
 
-use etendue_image::{Depth, Image, Primaries, Transfer};
+use etendue_image::{Depth, Encoding, Image, Primaries, Transfer};
 use etendue_numerics::{Spectrum, wide};
 
 /// Texels, row by row from the top.
@@ -34,22 +34,24 @@ enum Data {
 }
 
 impl Texels {
-    /// The texels of a picture, decoded to linear Rec.709 unless `raw`; `None` where its channels are neither grey nor a colour.
-    pub fn new(image: Image, raw: bool) -> Option<Self> {
+    /// The texels of a picture, decoded to linear Rec.709, by `transfer` in place of the file's own where it is given: numbers taken as they are
+    /// (`Linear`) are no colours of any primaries. `None` where its channels are neither grey nor a colour.
+    pub fn new(image: Image, transfer: Option<Transfer>) -> Option<Self> {
         let places: Vec<usize> = match (image.channel("R"), image.channel("G"), image.channel("B")) {
             (Some(r), Some(g), Some(b)) => vec![r, g, b],
             _ => vec![image.channel("Y").or((image.channel_count() == 1).then_some(0))?],
         };
         let (width, height, encoding) = (image.width(), image.height(), image.encoding());
         let grey = places.len() == 1;
-        let transfer = if raw { Transfer::Linear } else { encoding.transfer };
+        let raw = transfer == Some(Transfer::Linear);
+        let transfer = transfer.unwrap_or(encoding.transfer);
         let rec709 = encoding.primaries.same_as(&Primaries::REC709);
         let mut mended = 0;
         let data = if encoding.depth == Depth::Unorm8 && (raw || grey || rec709) {
             let bytes = pick(&image, &places).map(|v| (v * 255.0).round() as u8).collect();
             Data::Bytes(bytes, Box::new(std::array::from_fn(|i| transfer.decode(i as f32 / 255.0))))
         } else {
-            let image = if raw { image } else { image.into_linear() };
+            let image = if raw { image } else { image.with_encoding(Encoding { transfer, ..encoding }).into_linear() };
             let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
             mended = pick(&image, &places).filter(|v| !v.is_finite()).count();
             match pick(&image, &places).map(|v| to_half(finite(v))).collect() {
@@ -186,7 +188,6 @@ fn to_half(v: f32) -> Option<u16> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use etendue_image::Encoding;
 
     #[test]
     fn every_finite_half_goes_there_and_back() {
@@ -206,7 +207,7 @@ mod tests {
         let bytes: Vec<f32> = (0..12).map(|i| (i * 20) as f32 / 255.0).collect();
         let names = ["R", "G", "B", "A"];
         let image = Image::from_data(3, 1, &names, bytes.clone()).unwrap().with_encoding(Encoding::SRGB);
-        let (srgb, raw) = (Texels::new(image.clone(), false).unwrap(), Texels::new(image, true).unwrap());
+        let (srgb, raw) = (Texels::new(image.clone(), None).unwrap(), Texels::new(image, Some(Transfer::Linear)).unwrap());
         assert_eq!(srgb.bytes(), 9 + 1024);
         for x in 0..3 {
             for c in 0..3 {
@@ -214,21 +215,21 @@ mod tests {
                 assert_eq!(raw.texel(x, 0)[c], bytes[4 * x + c]);
             }
         }
-        let halves = Texels::new(Image::from_data(2, 1, &["Y"], vec![0.5, 1024.0]).unwrap(), false).unwrap();
+        let halves = Texels::new(Image::from_data(2, 1, &["Y"], vec![0.5, 1024.0]).unwrap(), None).unwrap();
         assert_eq!((halves.bytes(), halves.texel(1, 0).to_rgb(), halves.is_grey()), (4, [1024.0; 3], true));
-        let floats = Texels::new(Image::from_data(2, 1, &["Y"], vec![0.5, 0.1]).unwrap(), false).unwrap();
+        let floats = Texels::new(Image::from_data(2, 1, &["Y"], vec![0.5, 0.1]).unwrap(), None).unwrap();
         assert_eq!((floats.bytes(), floats.texel(1, 0).0.x, floats.mean().0.x), (8, 0.1, 0.3));
     }
 
     #[test]
     fn texels_that_are_no_numbers_are_mended_and_counted() {
         let data = vec![f32::NAN, 1.0, f32::INFINITY, 0.25];
-        let t = Texels::new(Image::from_data(2, 2, &["Y"], data).unwrap(), false).unwrap();
+        let t = Texels::new(Image::from_data(2, 2, &["Y"], data).unwrap(), None).unwrap();
         assert_eq!((t.mended, t.texel(0, 0).0.x, t.texel(1, 1).0.x, t.exceeds_one()), (2, 0.0, 0.25, None));
     }
 
     #[test]
     fn unknown_channels_are_no_texture() {
-        assert!(Texels::new(Image::from_data(1, 1, &["depth", "id"], vec![0.0; 2]).unwrap(), false).is_none());
+        assert!(Texels::new(Image::from_data(1, 1, &["depth", "id"], vec![0.0; 2]).unwrap(), None).is_none());
     }
 }

@@ -201,7 +201,7 @@ impl Solver for Bidirectional {
     type State = Worth;
 
     fn needs(&self) -> Needs {
-        Needs::default()
+        Needs { both_ways: true, ..Needs::default() }
     }
 
     fn units(&self, size: [u32; 2]) -> usize {

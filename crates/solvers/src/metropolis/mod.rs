@@ -169,7 +169,7 @@ impl Solver for Metropolis {
     type State = State;
 
     fn needs(&self) -> Needs {
-        Needs::default()
+        Needs { both_ways: true, ..Needs::default() }
     }
 
     fn units(&self, size: [u32; 2]) -> usize {

@@ -162,7 +162,7 @@ impl Solver for PhotonMap {
     type State = State;
 
     fn needs(&self) -> Needs {
-        Needs::default()
+        Needs { both_ways: true, ..Needs::default() }
     }
 
     fn estimates(&self) -> Estimates {

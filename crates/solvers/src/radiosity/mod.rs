@@ -117,7 +117,7 @@ impl Solver for Radiosity {
     type State = State;
 
     fn needs(&self) -> Needs {
-        Needs { rgb: true, ..Needs::default() }
+        Needs { rgb: true, both_ways: true, ..Needs::default() }
     }
 
     fn estimates(&self) -> Estimates {

@@ -2,8 +2,8 @@
 
 use super::Compiler;
 use crate::material::{
-    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, LayerGround, LayerRoughness, Layered, Material, Phong, Plastic,
-    Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
+    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Hair, LayerGround, LayerRoughness, Layered, Material, Phong,
+    Pigment, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
 };
 use crate::texture::{Color, ColorSlot, ScalarSlot};
 use etendue_bsdf::{Ndf, lobes};
@@ -318,6 +318,33 @@ impl<'a> Compiler<'a> {
             scale: p.float(self.diagnostics, "scale", 1.0, 0.0..=1e6) as f32,
         }
         .into()
+    }
+
+    /// Mitsuba's names are understood beside the others.
+    pub(super) fn hair(&mut self, p: &mut Params<'a>) -> Material {
+        let melanin = [("eumelanin", 1.3), ("pheomelanin", 0.0)];
+        let given = melanin.map(|(name, _)| p.has(name));
+        let default = |i: usize| if given[1 - i] { 0.0 } else { melanin[i].1 };
+        let concentrations = [0, 1].map(|i| self.scalar(p, melanin[i].0, default(i), NOT_NEGATIVE));
+        let (absorbs, coloured) = (p.has("sigma_a"), p.has("reflectance"));
+        if [absorbs, coloured, given != [false; 2]].into_iter().filter(|x| *x).count() > 1 {
+            let text = "give one of `sigma_a`, `reflectance`, or `eumelanin` and `pheomelanin`";
+            self.diagnostics.error(p.span(), text);
+        }
+        let (sigma_a, reflectance) = (self.unbounded(p, "sigma_a", 0.0), self.reflectance(p, "reflectance", 0.5));
+        let pigment = match (absorbs, coloured) {
+            (true, _) => Pigment::Absorption(sigma_a),
+            (_, true) => Pigment::Reflectance(reflectance),
+            _ => Pigment::Melanin(concentrations),
+        };
+        let mut either = |ours: &'static str, theirs: &'static str, default, range| {
+            let name = if p.has(theirs) { theirs } else { ours };
+            self.scalar(p, name, default, range)
+        };
+        let beta = [("beta_m", "longitudinal_roughness"), ("beta_n", "azimuthal_roughness")]
+            .map(|(ours, theirs)| either(ours, theirs, 0.3, FRACTION));
+        let alpha = either("alpha", "scale_tilt", 2.0, -45.0..=45.0);
+        Hair { pigment, beta, alpha, eta: self.eta(p, 1.55) }.into()
     }
 
     pub(super) fn phong(&mut self, p: &mut Params<'a>) -> Material {

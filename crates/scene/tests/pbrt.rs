@@ -1,0 +1,78 @@
+//! What pbrt's files mean where Mitsuba's mean something else: pictures as numbers, encodings, glass.
+
+use etendue_bsdf::Scatter;
+use etendue_description::Diagnostics;
+use etendue_formats::ReadOptions;
+use etendue_image::{Encoding, Image, SaveOptions};
+use etendue_numerics::spectrum::ior;
+use etendue_numerics::{Ray, Vec2, Vec3, Wavelengths};
+use etendue_scene::{CompileOptions, Scene, compile};
+
+/// The scene of a world with these lines.
+fn compiled(world: &str, spectral: bool) -> Scene {
+    let (description, said) = etendue_formats::read_str("test.pbrt", &format!("WorldBegin\n{world}\n"), &ReadOptions::default());
+    assert!(!said.has_errors(), "{}", said.render(&description.sources));
+    let mut diagnostics = Diagnostics::default();
+    let scene = compile(&description, &CompileOptions { spectral, ..CompileOptions::default() }, &mut diagnostics);
+    scene.unwrap_or_else(|| panic!("{}", diagnostics.render(&description.sources)))
+}
+
+/// What of a surface's light passes straight through its `alpha`, a picture of the only file.
+fn opacity(image: Image, more: &str) -> f32 {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.png");
+    etendue_image::save(&path, &image.into(), &SaveOptions::default()).expect("a picture");
+    let picture = format!("\"string filename\" \"{}\" {more}", path.display());
+    let scene =
+        compiled(&format!("Texture \"t\" \"float\" \"imagemap\" {picture}\nShape \"sphere\" \"texture alpha\" \"t\""), false);
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 4.0), -Vec3::Z);
+    let x = scene.interaction(&ray, &scene.intersect(&ray).expect("a hit"));
+    let x = etendue_scene::Interaction { uv: Vec2::splat(0.5), ..x };
+    1.0 - scene.bsdf(&x, &Wavelengths::Rgb).transparency(Vec3::Z).0.x
+}
+
+#[test]
+fn pictures_as_numbers_are_means_of_channels_or_alpha() {
+    let codes = [51, 102, 204].map(|c: u8| f32::from(c) / 255.0);
+    let colour = || Image::rgb(1, 1, codes.to_vec()).expect("a picture").with_encoding(Encoding::SRGB);
+    let close = |got: f32, want: f32| assert!((got - want).abs() < 1e-6, "{got} is not {want}");
+    let mean = |f: fn(f32) -> f32| codes.iter().map(|c| f(*c)).sum::<f32>() / 3.0;
+    close(opacity(colour(), ""), mean(etendue_image::srgb_to_linear));
+    close(opacity(colour(), "\"string encoding\" \"sRGB\""), mean(etendue_image::srgb_to_linear));
+    close(opacity(colour(), "\"string encoding\" \"linear\""), mean(|c| c));
+    close(opacity(colour(), "\"string encoding\" \"gamma 3\""), mean(|c| c * c * c));
+    let with_alpha = |a: f32| {
+        let image = Image::from_data(1, 1, &["R", "G", "B", "A"], vec![codes[0], codes[1], codes[2], a]).expect("a picture");
+        image.with_encoding(Encoding::SRGB)
+    };
+    close(opacity(with_alpha(0.2), "\"string encoding\" \"linear\""), 0.2);
+    close(opacity(with_alpha(1.0), "\"string encoding\" \"linear\""), mean(|c| c));
+}
+
+#[test]
+fn glass_bends_each_wavelength_by_its_own_index() {
+    let named = ("\"spectrum eta\" \"glass-F11\"", "glass-f11");
+    let pairs = ("\"spectrum eta\" [ 380 1.6 780 1.4 ]", "");
+    let ray = Ray::new(Vec3::new(0.5, 0.0, 4.0), -Vec3::Z);
+    for (eta, glass) in [named, pairs] {
+        for rough in ["", "\"float roughness\" 0.2"] {
+            let world = format!("Material \"dielectric\" {eta} {rough}\nShape \"sphere\"");
+            let scene = compiled(&world, true);
+            let x = scene.interaction(&ray, &scene.intersect(&ray).expect("a hit"));
+            for u in [0.1, 0.5, 0.9] {
+                let wl = Wavelengths::hero(u);
+                let Wavelengths::Hero(hero) = &wl else { panic!("no wavelengths") };
+                let nm = f64::from(hero.nm()[0]);
+                let want = ior::glass(glass).map_or(1.6 - (nm - 380.0) / 400.0 * 0.2, |glass| glass.index(nm));
+                let bsdf = scene.bsdf(&x, &wl);
+                assert!((f64::from(bsdf.eta()) - want).abs() < 2e-4, "{eta} at {nm} nm: {} is not {want}", bsdf.eta());
+                assert!(bsdf.events().disperses(), "{eta}: secondary wavelengths must end");
+            }
+            // Three colours share one index, that of the d line.
+            let scene = compiled(&world, false);
+            let index = f64::from(scene.bsdf(&x, &Wavelengths::Rgb).eta());
+            let want = ior::glass(glass).map_or(1.6 - (587.56 - 380.0) / 400.0 * 0.2, |glass| glass.index(587.56));
+            assert!((index - want).abs() < 1e-5, "{index} is not {want}");
+        }
+    }
+}
