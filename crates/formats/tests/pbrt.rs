@@ -389,6 +389,33 @@ fn blocks_names_and_places() {
 }
 
 #[test]
+fn spectra_and_measurements_that_are_not_there() {
+    let glass = world("Material \"dielectric\" \"spectrum eta\" \"glass-BK8\"");
+    assert!(glass[0].starts_with(
+        "s.pbrt:2:39 error: the spectrum `glass-BK8` is not known here | did you mean `glass-BK7`? | known: metal-Ag-eta, "
+    ));
+    let camera = world("Material \"conductor\" \"spectrum eta\" \"nikon_d850_g\"");
+    assert!(camera[0].starts_with("s.pbrt:2:38 error: `nikon_d850_g` is how a camera's sensor answers"), "{camera:?}");
+    let measured = world("Material \"measured\" \"string filename\" \"a.bsdf\"");
+    assert!(measured[0].starts_with("s.pbrt:2:40 error: the material `measured` is refused: what `a.bsdf` holds"), "{measured:?}");
+}
+
+/// Fibres have as many steps as they bend, and are seen from outside whatever the state says.
+#[test]
+fn fibres_are_tubes() {
+    let scene = good_world(
+        "Material \"hair\" \"float eumelanin\" 1 ReverseOrientation\n\
+         Shape \"curve\" \"string type\" \"cylinder\" \"point3 P\" [0 0 0 1 0 0 2 0 0 3 0 0] \"float width\" 0.2\n\
+         Shape \"curve\" \"string type\" \"cylinder\" \"point3 P\" [0 0 0 0 1 0 1 1 0 1 0 0] \"float width\" 0.01",
+    );
+    let [straight, bent] = [0, 1].map(|i| scene.assets.meshes[i].indices.len());
+    assert!(straight == 2 * 12 && bent > 6 * straight, "{straight} {bent}");
+    for shape in nodes(&scene, Kind::Shape, "trianglemesh") {
+        assert_eq!(value(shape, "flip_normals"), &Value::Bool(false));
+    }
+}
+
+#[test]
 fn strings_and_lists_without_an_end() {
     assert_eq!(world("Shape \"sphere\nShape \"disk\""), ["s.pbrt:2:7 error: this string is missing its closing quote"]);
     assert_eq!(

@@ -122,7 +122,6 @@ fn every_default_is_known() {
 fn mistakes_are_told_where_they_stand() {
     for (text, at, message) in [
         (r#"<bsdf type="difuse"/>"#, "difuse", "unknown material `difuse`"),
-        (r#"<bsdf type="hair"/>"#, "hair", "refused"),
         (r#"<bsdf type="diffuse"><float name="reflectence" value="0.1"/></bsdf>"#, "reflectence", "unknown parameter"),
         (r#"<bsdf type="diffuse"><string name="reflectance" value="red"/></bsdf>"#, "red", "is a string"),
         (r#"<bsdf type="diffuse"><rgb name="reflectance" value="0.1 1.2 0"/></bsdf>"#, "0.1 1.2 0", "outside 0 to 1"),

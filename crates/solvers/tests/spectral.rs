@@ -5,6 +5,7 @@
 mod common;
 
 use common::checks::{agreement, furnace_scene, neumann};
+use common::interrupted::leaves_no_trace;
 use common::worlds::{WALLS, eye, lamp};
 use common::*;
 use etendue_numerics::spectrum::ior;
@@ -128,6 +129,16 @@ fn bits_do_not_depend_on_threads() {
     let of_photons =
         |threads| bits(&picture(&scene, &PhotonMap { photons: 2048, ..PhotonMap::default() }, Job { threads, ..samples(3) }));
     assert!(of_photons(1) == of_photons(3), "photons");
+}
+
+#[test]
+fn interruptions_leave_no_trace() {
+    let scene = spectral(room(WALLS, &lamp(), DISPERSIVE));
+    leaves_no_trace(&scene, &PathMis::default(), Stop::Samples(3), &[(1, 0), (2, 0)]);
+    leaves_no_trace(&scene, &LightNee, Stop::Samples(3), &[(1, 0), (2, 0)]);
+    leaves_no_trace(&scene, &PhotonMap { photons: 2048, ..PhotonMap::default() }, Stop::Samples(3), &[(1, 0)]);
+    let noise = Stop::Noise { percent: 1e-9, limit: 16 };
+    leaves_no_trace(&scene, &PathMis::default(), noise, &[(3, 0)]);
 }
 
 /// A walk through a prism of 60° leaves it where Snell's law says, at its own wavelength, and goes on with that alone.

@@ -7,7 +7,7 @@
 //! | `thindielectric`, `diffusetransmission` | the same |
 //! | `interface`, `mix` | `null`, `blendbsdf` |
 //! | `displacement`, `normalmap` | `bumpmap`, `normalmap` around the model |
-//! | `subsurface`, `measured` | refused |
+//! | `subsurface`, `measured` | refused, the latter with its file's name |
 
 use super::spectra::{Role, metal};
 use super::values::{List, Type, Values};
@@ -28,9 +28,8 @@ const MATERIALS: [&str; 10] = [
     "hair",
 ];
 
-const REFUSED: [(&str, &str); 13] = [
+const REFUSED: [(&str, &str); 12] = [
     ("subsurface", "light that travels within surfaces cannot be rendered; `coateddiffuse` comes near its look"),
-    ("measured", "tabulated measurements cannot be rendered yet"),
     ("matte", "in pbrt-v4 it is `diffuse` with `reflectance`"),
     ("plastic", "in pbrt-v4 it is `coateddiffuse`"),
     ("substrate", "in pbrt-v4 it is `coateddiffuse`"),
@@ -177,6 +176,15 @@ impl Reader<'_> {
                     return self.default_material(span);
                 };
                 (node, false)
+            }
+            "measured" => {
+                let file = list.text_opt(&mut self.diagnostics, "filename");
+                let (file, at) = file.map_or(("its file".to_owned(), span), |(name, at)| (format!("`{name}`"), at));
+                let text = format!(
+                    "the material `measured` is refused: what {file} holds, tabulated measurements, cannot be rendered yet"
+                );
+                self.diagnostics.error(at, text).help("`conductor` or `coateddiffuse` with a `roughness` comes near");
+                return self.default_material(span);
             }
             _ => {
                 self.unknown_model(list, "material", name, &MATERIALS, &REFUSED);

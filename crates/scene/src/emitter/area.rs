@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Le(x, w) = L(x)  where n·w > 0,  0 behind,    Φ = π ∫ L dA
-//! p_w = the shape's own density seen from a point,    p_A = 1/A and p_w = cosθ/π of light that sets out
+//! p_w = the shape's own density seen from a point,    p_A = 1/A and p_w = cosθ/π of light that sets out; of two sides p_A = 1/2A
 //! ```
 //!
 //! | parameter | meaning | default |
@@ -68,6 +68,12 @@ impl Area {
         if self.scale == 1.0 { radiance } else { radiance * self.scale }
     }
 
+    /// The share of one side.
+    #[inline]
+    fn side(&self) -> f32 {
+        if self.two_sided { 0.5 } else { 1.0 }
+    }
+
     #[inline]
     fn shape<'a>(&self, scene: &'a Scene) -> &'a Shape {
         &scene.surface(self.surface).shape
@@ -111,9 +117,9 @@ impl Light for Area {
 
     fn pdf_emission(&self, scene: &Scene, id: LightId, x: &Interaction) -> EmissionPdf {
         EmissionPdf {
-            position: PositionPdf::Area(1.0 / self.shape(scene).area_of(id.primitive)),
+            position: PositionPdf::Area(self.side() / self.shape(scene).area_of(id.primitive)),
             direction: Pdf::SolidAngle(if self.two_sided {
-                0.5 * cosine_hemisphere_pdf(x.n.dot(x.wo).abs())
+                cosine_hemisphere_pdf(x.n.dot(x.wo).abs())
             } else {
                 cosine_hemisphere_pdf(x.n.dot(x.wo))
             }),
@@ -122,22 +128,20 @@ impl Light for Area {
 
     fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
         let at = self.shape(scene).sample_area(id.primitive, u);
-        // Of two sides the halves of u.x serve one each.
-        let (n, u_direction, share) = match (self.two_sided, u_direction.x < 0.5) {
-            (false, _) => (at.n, u_direction, 1.0),
-            (true, true) => (at.n, Vec2::new(2.0 * u_direction.x, u_direction.y), 0.5),
-            (true, false) => (-at.n, Vec2::new((2.0 * u_direction.x - 1.0).min(ONE_MINUS_EPSILON), u_direction.y), 0.5),
+        // Of two sides the halves of u.x serve one each: places on either side are different ones, and the density of a place knows of it.
+        let (n, u_direction) = match (self.two_sided, u_direction.x < 0.5) {
+            (false, _) => (at.n, u_direction),
+            (true, true) => (at.n, Vec2::new(2.0 * u_direction.x, u_direction.y)),
+            (true, false) => (-at.n, Vec2::new((2.0 * u_direction.x - 1.0).min(ONE_MINUS_EPSILON), u_direction.y)),
         };
+        let pdf_a = self.side() * at.pdf_a;
         let local = square_to_cosine_hemisphere(u_direction).normalize();
         let d = Frame::from_normal(n).to_world(local);
         Some(EmissionSample {
             ray: Ray::new(offset_origin(at.p, at.p_error, at.n, d), d),
             n,
-            pdf: EmissionPdf {
-                position: PositionPdf::Area(at.pdf_a),
-                direction: Pdf::SolidAngle(share * cosine_hemisphere_pdf(local.z)),
-            },
-            weight: self.emitted(&texture_context(scene, self.surface, &at), wl) / (share * at.pdf_a * FRAC_1_PI),
+            pdf: EmissionPdf { position: PositionPdf::Area(pdf_a), direction: Pdf::SolidAngle(cosine_hemisphere_pdf(local.z)) },
+            weight: self.emitted(&texture_context(scene, self.surface, &at), wl) / (pdf_a * FRAC_1_PI),
             emitter: id.emitter,
             primitive: id.primitive,
         })

@@ -19,6 +19,12 @@ const NEAR: f32 = 2.0;
 /// Solid angle, sr, below which a patch is drawn by area even from nearby: edge-on.
 const MIN_SOLID_ANGLE: f32 = 3e-5;
 
+/// A solid angle, sr, that only places very near to a patch see.
+const LARGE: f32 = 3.0;
+
+/// Distance from a patch's plane, in parts of the largest coordinate, at which a point may be on it: some roundings.
+const TOUCH: f64 = 1e-6;
+
 /// Two triangles with an edge in common, on either side of it, in one plane.
 #[derive(Clone, Debug)]
 pub(super) struct Quad {
@@ -201,6 +207,9 @@ impl Mesh {
     #[inline(always)] // as a return value it would go through memory
     pub(super) fn patch_by_direction(&self, patch: u32, from: Vec3, u: Vec2) -> Option<(SurfacePoint, f32)> {
         let seen = self.patch_seen(patch, from);
+        if seen.as_ref().is_some_and(|seen| seen.solid_angle() > LARGE && self.is_on_patch(patch, from)) {
+            return None;
+        }
         let (triangle, bary) = match &seen {
             Some(seen) => self.place_by_solid_angle(patch, seen, from, u),
             None => self.place_by_area(patch, u),
@@ -211,6 +220,16 @@ impl Mesh {
             None => sample::to_solid_angle(1.0 / self.patch_area(patch), from, point.p, point.n),
         };
         (pdf_w > 0.0).then_some((point, pdf_w))
+    }
+
+    /// Whether the point lies in the plane of the patch, as far as rounding can tell: from there it fills half of all directions by chance alone, and in
+    /// truth is seen edge-on.
+    #[inline(never)]
+    fn is_on_patch(&self, patch: u32, from: Vec3) -> bool {
+        let corners = self.corners(self.indices[patch as usize]);
+        let size = corners.iter().fold(from.abs().max_element(), |most, c| most.max(c.abs().max_element()));
+        let n = cross(corners).normalize_or_zero();
+        n.dot(from.as_dvec3() - corners[0].as_dvec3()).abs() <= TOUCH * f64::from(size)
     }
 
     /// One triangle of a patch, chosen in proportion to `weight`, and `u` made uniform again.
@@ -328,6 +347,21 @@ mod tests {
         assert_eq!(with(&|m| m.indices[1] = [2, 0, 3]), None, "wound the other way");
         assert_eq!(with(&|m| m.positions[3] = Vec3::new(1.0, -0.5, 0.0)), None, "one over the other");
         assert_eq!(with(&|m| m.indices.truncate(1)), None, "one triangle");
+    }
+
+    /// A lamp that reflects must not light itself: a point of its plane, rounded to either side, would see it fill a hemisphere.
+    #[test]
+    fn a_patch_is_not_seen_from_its_own_points() {
+        let place = glam::DMat4::from_translation(DVec3::new(0.3, 0.7, -0.2)) * glam::DMat4::from_rotation_x(1.2);
+        let mesh = Mesh::rectangle(&Transform::new(place).expect("a map with an inverse"));
+        for i in 0..1000 {
+            let u = Vec2::new((i as f32 * 0.618).fract(), (i as f32 * 0.377).fract());
+            let point = mesh.patch_by_area(0, u);
+            // Rounded into the plane itself it is edge-on, and drawn by area with next to no chance of light.
+            assert!(mesh.patch_by_direction(0, point.p, Vec2::new(0.3, 0.8)).is_none_or(|(_, pdf)| pdf > 100.0));
+            let above = point.p + 1e-3 * point.n;
+            assert!(mesh.patch_by_direction(0, above, Vec2::new(0.3, 0.8)).is_some());
+        }
     }
 
     #[test]
