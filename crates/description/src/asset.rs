@@ -35,6 +35,44 @@ pub struct MeshData {
     pub groups: Vec<Group>,
 }
 
+impl MeshData {
+    /// The square [-1, 1]² at z = 0 with normal +z and texture coordinates from 0 to 1.
+    pub fn rectangle() -> Self {
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+        Self {
+            positions: corners.map(|uv| (2.0 * uv - 1.0).extend(0.0)).to_vec(),
+            normals: vec![Vec3::Z; 4],
+            uvs: corners.to_vec(),
+            indices: vec![[0, 1, 2], [2, 3, 0]],
+            ..Self::default()
+        }
+    }
+
+    /// The cube [-1, 1]³ with normals outwards; each face has texture coordinates from 0 to 1.
+    pub fn cube() -> Self {
+        // A face by its normal and the directions in which u and v grow.
+        const FACES: [[Vec3; 3]; 6] = [
+            [Vec3::NEG_Y, Vec3::Z, Vec3::X],
+            [Vec3::Y, Vec3::NEG_X, Vec3::NEG_Z],
+            [Vec3::X, Vec3::Y, Vec3::NEG_Z],
+            [Vec3::Z, Vec3::Y, Vec3::X],
+            [Vec3::NEG_X, Vec3::Y, Vec3::Z],
+            [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X],
+        ];
+        let mut cube = Self::default();
+        for (face, [n, u, v]) in FACES.into_iter().enumerate() {
+            for uv in [Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO] {
+                cube.positions.push(n + u * (2.0 * uv.x - 1.0) + v * (2.0 * uv.y - 1.0));
+                cube.normals.push(n);
+                cube.uvs.push(uv);
+            }
+            let first = 4 * face as u32;
+            cube.indices.extend([[0, 1, 2], [3, 0, 2]].map(|t: [u32; 3]| t.map(|i| first + i)));
+        }
+        cube
+    }
+}
+
 /// A named run of triangles, up to where the next begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {

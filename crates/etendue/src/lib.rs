@@ -18,6 +18,7 @@ pub mod bench;
 pub mod builtin;
 mod choice;
 pub mod compare;
+pub mod convert;
 mod digest;
 pub mod experiment;
 pub mod form_factors;

@@ -12,6 +12,8 @@
 //! | `.vol` | voxel grids that a scene names | [`mesh::vol`] |
 //! | `.spd` | spectra that a scene names | `spd` |
 //!
+//! [`mod@write`] goes the other way, from a description to Mitsuba's and pbrt's texts.
+//!
 //! Scenes, their includes and meshes may be packed by gzip; their names then end in `.gz`.
 
 mod assets;
@@ -21,6 +23,7 @@ pub mod mesh;
 mod mitsuba;
 mod pbrt;
 mod spd;
+pub mod write;
 pub mod xml;
 
 use etendue_description::{Description, Diagnostics};

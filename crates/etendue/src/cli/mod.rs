@@ -3,6 +3,7 @@
 mod acceptance;
 mod bench;
 mod compare;
+mod convert;
 mod diff;
 mod doctor;
 mod experiment;
@@ -47,6 +48,8 @@ enum Command {
     Solvers(solvers::SolversArguments),
     /// Tell what a scene holds.
     Info(info::InfoArguments),
+    /// Write a scene as Mitsuba 3 or pbrt-v4.
+    Convert(convert::ConvertArguments),
     /// Measure how far a picture is from a reference.
     Diff(diff::DiffArguments),
     /// Tell what there is on this machine, and whether rendering works.
@@ -76,6 +79,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Scenes(a) => scenes::run(&a),
         Command::Solvers(a) => solvers::run(&a),
         Command::Info(a) => info::run(&a),
+        Command::Convert(a) => convert::run(&a),
         Command::Doctor(a) => doctor::run(&a),
         Command::Diff(a) => diff::run(&a),
         Command::FormFactors(a) => form_factors::run(&a),

@@ -4,6 +4,7 @@
 
 mod bad_files;
 mod commands;
+mod convert;
 mod form_factors;
 mod per_light;
 mod pictures;

@@ -31,7 +31,7 @@ pub(crate) fn finish(mut mesh: MeshData, mut unusable: usize) -> Loaded {
     }
 
     let mut missing = false;
-    for n in &mut mesh.normals {
+    for n in mesh.normals.iter_mut().filter(|n| !is_unit(**n)) {
         let given = *n != Vec3::ZERO;
         match n.try_normalize() {
             Some(unit) => *n = unit,
@@ -66,6 +66,11 @@ pub(crate) fn finish(mut mesh: MeshData, mut unusable: usize) -> Loaded {
         warnings.push(format!("{strange} texture coordinates or attributes are not finite and are taken as zero"));
     }
     Loaded { mesh, warnings }
+}
+
+/// Whether a normal is as near to unit length as rounding allows: then it stays as it is, so that a mesh that was finished comes back the same.
+fn is_unit(n: Vec3) -> bool {
+    (n.length_squared() - 1.0).abs() <= 8.0 * f32::EPSILON
 }
 
 /// Removes the triangles without area, and their attributes; the answer is which.

@@ -22,6 +22,9 @@ const FILTERS: [&str; 5] = ["box", "gaussian", "mitchell", "sinc", "triangle"];
 const SAMPLERS: [&str; 6] = ["halton", "independent", "paddedsobol", "sobol", "stratified", "zsobol"];
 const INTEGRATORS: [&str; 9] = ["volpath", "path", "simplevolpath", "simplepath", "randomwalk", "lightpath", "bdpt", "mlt", "sppm"];
 
+/// The layers of a film `gbuffer`.
+pub(crate) const GBUFFER: &str = "albedo:albedo,position:position,depth:depth,n:geo_normal,ns:sh_normal,uv:uv";
+
 /// The directives before `WorldBegin`, kept until it comes.
 #[derive(Debug, Default)]
 pub(super) struct Setup {
@@ -220,8 +223,7 @@ impl Reader<'_> {
         ]);
         list.finish(d);
         params.extend(filter.map(|id| child(id, span)));
-        let layers =
-            if name == "gbuffer" { "albedo:albedo,position:position,depth:depth,n:geo_normal,ns:sh_normal,uv:uv" } else { "" };
+        let layers = if name == "gbuffer" { GBUFFER } else { "" };
         (self.node(Kind::Film, "hdrfilm", span, params), size.map(|n| n as f64), layers.to_owned())
     }
 

@@ -534,6 +534,7 @@ impl Reader<'_> {
         self.begin(ScopeKind::Object, span);
         let group = self.top(Kind::Shape, "shapegroup", at, Vec::new());
         self.object = Some(group);
+        self.description.nodes[group.0 as usize].id = Some(etendue_description::Spanned::new(name.clone(), at));
         match self.objects.get(&name) {
             Some(first) => {
                 let first = first.span;

@@ -18,7 +18,7 @@
 //!
 //! Source: the pbrt-v4 input file format, <https://pbrt.org/fileformat-v4>, and [Pharr, Jakob, Humphreys 2023].
 
-mod camera;
+pub(crate) mod camera;
 mod curves;
 mod directives;
 mod emission;
@@ -26,7 +26,7 @@ mod lights;
 mod materials;
 mod quadrics;
 mod shapes;
-mod spectra;
+pub(crate) mod spectra;
 mod state;
 mod subdivision;
 mod textures;
@@ -197,6 +197,8 @@ impl Reader<'_> {
 
     /// Defines what `name` stands for: `node` takes the place that was kept for it, if any.
     fn define(&mut self, kind: Named, name: String, span: Span, node: NodeId) {
+        let spanned = Spanned::new(name.clone(), span);
+        self.description.nodes[node.0 as usize].id = Some(spanned);
         let key = (kind, name);
         match self.named.get_mut(&key) {
             None => drop(self.named.insert(key, Definition { node, defined: Some(span), asked: None })),

@@ -109,7 +109,7 @@ fn named(name: &str) -> Option<SpectrumValue> {
 }
 
 /// Y of a spectrum, equal energy having 1.
-pub(super) fn luminance(spectrum: &SpectrumValue) -> f64 {
+pub(crate) fn luminance(spectrum: &SpectrumValue) -> f64 {
     match spectrum {
         SpectrumValue::Constant(x) => *x,
         SpectrumValue::Samples(pairs) => SampledSpectrum::new(pairs).map_or(0.0, |s| cie::spectrum_to_xyz(|nm| s.eval(nm))[1]),

@@ -5,7 +5,7 @@
 
 use super::Mesh;
 use etendue_description::MeshData;
-use etendue_numerics::{Transform, Vec2, Vec3};
+use etendue_numerics::{Transform, Vec3};
 use glam::DVec3;
 
 impl Mesh {
@@ -31,39 +31,12 @@ impl Mesh {
 
     /// The square [-1, 1]² at z = 0 with normal +z and texture coordinates from 0 to 1.
     pub fn rectangle(to_world: &Transform) -> Self {
-        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
-        let data = MeshData {
-            positions: corners.map(|uv| (2.0 * uv - 1.0).extend(0.0)).to_vec(),
-            normals: vec![Vec3::Z; 4],
-            uvs: corners.to_vec(),
-            indices: vec![[0, 1, 2], [2, 3, 0]],
-            ..MeshData::default()
-        };
-        Self::new(&data, to_world, false)
+        Self::new(&MeshData::rectangle(), to_world, false)
     }
 
     /// The cube [-1, 1]³ with normals outwards; each face has texture coordinates from 0 to 1.
     pub fn cube(to_world: &Transform) -> Self {
-        // A face by its normal and the directions in which u and v grow.
-        const FACES: [[Vec3; 3]; 6] = [
-            [Vec3::NEG_Y, Vec3::Z, Vec3::X],
-            [Vec3::Y, Vec3::NEG_X, Vec3::NEG_Z],
-            [Vec3::X, Vec3::Y, Vec3::NEG_Z],
-            [Vec3::Z, Vec3::Y, Vec3::X],
-            [Vec3::NEG_X, Vec3::Y, Vec3::Z],
-            [Vec3::NEG_Z, Vec3::NEG_Y, Vec3::X],
-        ];
-        let mut data = MeshData::default();
-        for (face, [n, u, v]) in FACES.into_iter().enumerate() {
-            for uv in [Vec2::Y, Vec2::ONE, Vec2::X, Vec2::ZERO] {
-                data.positions.push(n + u * (2.0 * uv.x - 1.0) + v * (2.0 * uv.y - 1.0));
-                data.normals.push(n);
-                data.uvs.push(uv);
-            }
-            let first = 4 * face as u32;
-            data.indices.extend([[0, 1, 2], [3, 0, 2]].map(|t: [u32; 3]| t.map(|i| first + i)));
-        }
-        Self::new(&data, to_world, false)
+        Self::new(&MeshData::cube(), to_world, false)
     }
 }
 
