@@ -52,6 +52,9 @@ pub struct Defect {
     pub done: &'static str,
     /// All of it in words.
     pub words: String,
+    /// Shapes, facets and places in words.
+    #[serde(skip)]
+    who: String,
 }
 
 /// What is wrong with the surfaces of `patches`.
@@ -64,11 +67,13 @@ pub(crate) fn defects(loaded: &Loaded, patches: &Patches, names: &[String]) -> V
         let mesh = loaded.description.sources.path(node.span.source).extension().is_some_and(|e| e == "obj" || e == "ply");
         (!mesh).then_some(place)
     };
-    let new = |kind, facets: &[Facet], count, area: Option<f64>, what: String, done| {
+    let new = |kind, facets: &[Facet], count: usize, area: Option<f64>, done| {
         let one = |f: &Facet| {
             let place = place(f.surface).map_or(String::new(), |p| format!(" ({p})"));
             format!("`{}` facet {}{place}", name(f.surface), f.facet)
         };
+        let who = facets.iter().map(one).collect::<Vec<_>>().join(" and ");
+        let first = if count > 1 { ", this is the first" } else { "" };
         Defect {
             kind,
             shapes: facets.iter().map(|f| name(f.surface).to_owned()).collect(),
@@ -77,62 +82,75 @@ pub(crate) fn defects(loaded: &Loaded, patches: &Patches, names: &[String]) -> V
             count,
             area,
             done,
-            words: format!("{}: {what}; {done}", facets.iter().map(one).collect::<Vec<_>>().join(" and ")),
+            words: format!("{who}: {}{first}; {done}", what(kind, count, area.unwrap_or(0.0))),
+            who,
         }
     };
     let of = |fault: &Fault| match fault {
-        Fault::NoArea { first, count } => {
-            let what = format!("{count} facets have no area, this is the first");
-            new("no-area", &[*first], *count, None, what, "they are left out")
-        }
+        Fault::NoArea { first, count } => new("no-area", &[*first], *count, None, "what has none is left out"),
         Fault::AgainstEachOther { first, count } => {
-            let what = format!("wound against each other along {count} edges, this is the first (a normal may be inverted)");
-            new("wound-against-each-other", first, *count, None, what, "each keeps its own front")
+            new("wound-against-each-other", first, *count, None, "each keeps its own front")
         }
         Fault::Open { first, count } => {
-            let what = format!("the mesh is open along {count} edges, this is the first");
-            new("open", &[*first], *count, None, what, "what passes there is counted where it ends, or as escaped")
+            new("open", &[*first], *count, None, "what passes there is counted where it ends, or as escaped")
         }
         Fault::Touching { pair, area } => {
-            let what = format!("{area:.4} m² of them touch face to face");
-            new("touching", pair, 1, Some(*area), what, "those parts exchange with each other alone")
+            new("touching", pair, 1, Some(*area), "those parts exchange with each other alone")
         }
-        Fault::Doubled { pair, area } => {
-            let what = format!("{area:.4} m² of them lie in one place");
-            new("doubled", pair, 1, Some(*area), what, "rays see one of the two, and both send light")
-        }
+        Fault::Doubled { pair, area } => new("doubled", pair, 1, Some(*area), "rays see one of the two, and both send light"),
     };
-    let obstacle = |id: &SurfaceId| Defect {
-        kind: "obstacle",
-        shapes: vec![name(*id).to_owned()],
-        places: place(*id).into_iter().collect(),
-        facets: Vec::new(),
-        count: 1,
-        area: None,
-        done: "it is a black obstacle",
-        words: format!("`{}` cannot be cut into patches; it is a black obstacle", name(*id)),
+    let obstacle = |id: &SurfaceId| {
+        let place_of = place(*id).map_or(String::new(), |p| format!(" ({p})"));
+        let (who, done) = (format!("`{}`{place_of}", name(*id)), "a black obstacle stands there");
+        Defect {
+            kind: "obstacle",
+            shapes: vec![name(*id).to_owned()],
+            places: place(*id).into_iter().collect(),
+            facets: Vec::new(),
+            count: 1,
+            area: None,
+            done,
+            words: format!("{who}: {}; {done}", what("obstacle", 1, 0.0)),
+            who,
+        }
     };
     patches.faults.iter().map(of).chain(patches.obstacles.iter().map(obstacle)).collect()
 }
 
-/// The words of defects: of each kind the first few, and how many more there are.
+/// The words of defects: a line for each kind, which names the first few and tells how many there are. What is as it should be is a note.
 pub fn words(defects: &[Defect]) -> Vec<String> {
-    /// Lines of each kind.
-    const LINES: usize = 4;
-    let mut lines = Vec::new();
-    let mut kinds: Vec<&str> = defects.iter().map(|d| d.kind).collect();
-    kinds.dedup();
-    let mut told: Vec<&str> = Vec::new();
-    for kind in kinds {
-        if told.contains(&kind) {
-            continue;
+    /// Names in a line.
+    const NAMES: usize = 4;
+    let mut kinds: Vec<&str> = Vec::new();
+    defects.iter().map(|d| d.kind).for_each(|kind| kinds.extend((!kinds.contains(&kind)).then_some(kind)));
+    let line = |kind: &&str| {
+        let alike: Vec<&Defect> = defects.iter().filter(|d| d.kind == *kind).collect();
+        let weight = if *kind == "touching" { "note" } else { "warning" };
+        let one = alike[0];
+        if alike.len() == 1 {
+            return format!("{weight}: {}", one.words);
         }
-        told.push(kind);
-        let alike: Vec<&Defect> = defects.iter().filter(|d| d.kind == kind).collect();
-        lines.extend(alike.iter().take(LINES).map(|d| d.words.clone()));
-        if alike.len() > LINES {
-            lines.push(format!("and {} more like that ({kind}); JSON lists them all", alike.len() - LINES));
+        let count = alike.iter().map(|d| d.count).sum();
+        let area = alike.iter().filter_map(|d| d.area).sum();
+        let named: Vec<&str> = alike.iter().take(NAMES).map(|d| d.who.as_str()).collect();
+        let more = if alike.len() > NAMES { format!(", and {} more, all in the JSON", alike.len() - NAMES) } else { String::new() };
+        let them = if one.shapes.len() > 1 { "pairs of facets" } else { "surfaces" };
+        format!("{weight}: {} {them} {}: {}{more}; {}", alike.len(), what(kind, count, area), named.join(", "), one.done)
+    };
+    kinds.iter().map(line).collect()
+}
+
+/// What is wrong, of one or of many.
+fn what(kind: &str, count: usize, area: f64) -> String {
+    let number = |one: &str, many: &str| if count == 1 { format!("1 {one}") } else { format!("{count} {many}") };
+    match kind {
+        "no-area" => format!("{} without area", number("facet", "facets")),
+        "wound-against-each-other" => {
+            format!("wound against each other along {} (a normal may be inverted)", number("edge", "edges"))
         }
+        "open" => format!("open along {}", number("edge", "edges")),
+        "touching" => format!("touch face to face, {area:.4} m² of them"),
+        "doubled" => format!("lie in one place, {area:.4} m² of them"),
+        _ => "cannot be cut into patches".to_owned(),
     }
-    lines
 }

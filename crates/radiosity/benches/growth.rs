@@ -46,7 +46,7 @@ fn objects(patches: usize) -> usize {
 
 /// One run.
 fn alone(method: &str, patches: usize, error: Option<f64>) {
-    let factors = Factors::NAMES.iter().position(|n| *n == method).map(Factors::nth).expect("a method");
+    let factors = Factors::named(method).expect("a method");
     let begun = Instant::now();
     let scene = compile(&hall(objects(patches)));
     let defaults = Settings::default();

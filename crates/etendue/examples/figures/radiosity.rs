@@ -105,7 +105,7 @@ pub fn growth(folder: &Path) -> Drawn {
 /// One of them: prints patches, CPU seconds (on Linux; elsewhere those of the clock) and the most bytes held.
 pub fn growth_of(arguments: &[String]) -> Drawn {
     let [name, rays, n] = arguments else { return Err("a method, rays, patches".into()) };
-    let factors = Factors::NAMES.iter().position(|f| f == name).map(Factors::nth).ok_or("no such method")?;
+    let factors = Factors::named(name).ok_or("no such method")?;
     let loaded = load("cornell-box", &LoadOptions::default())?;
     let size = PatchSize::Count(n.parse()?);
     let settings = Settings { size, adaptive: false, factors, rays: rays.parse()?, ..Settings::default() };

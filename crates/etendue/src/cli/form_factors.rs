@@ -115,7 +115,7 @@ pub fn run(a: &FormFactorArguments) -> Done {
     }
     let shapes = computed.map_err(|e| e.to_string())?;
 
-    shapes.warnings.iter().for_each(|words| output::message(&format!("warning: {words}")));
+    shapes.warnings.iter().for_each(|words| output::message(words));
     summary(&shapes);
     match &a.between {
         Some(names) => pair(&shapes, names, a.json)?,

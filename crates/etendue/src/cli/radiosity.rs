@@ -394,5 +394,5 @@ fn tell(r: &Report) {
             three(n.reflectance)
         ));
     }
-    etendue::surfaces::words(&r.defects).iter().for_each(|words| output::message(&format!("warning: {words}")));
+    etendue::surfaces::words(&r.defects).iter().for_each(|words| output::message(words));
 }

@@ -86,7 +86,7 @@ fn form_factors_here(loaded: &Loaded, options: &FormFactorOptions, watch: &Watch
     let reciprocity = reciprocity(&factors, &areas);
     let repair = options.repair.then(|| factors.repair(&areas, Open::Reciprocal));
     if let Some(told) = repair.filter(|r| r.closure_after > 1e-12) {
-        warnings.push(format!("after {} sweeps rows are still {:.1e} off", told.sweeps, told.closure_after));
+        warnings.push(format!("warning: after {} sweeps rows are still {:.1e} off", told.sweeps, told.closure_after));
     }
     Ok(ShapeFactors { patches, factors, names, repair, between, reciprocity, defects, warnings, method: options.method.name() })
 }

@@ -135,7 +135,8 @@ pub(crate) fn land(scene: &Scene, patches: &Patches, i: u32, x: &PatchPoint, w: 
     for _ in 0..PASSES {
         let Some(hit) = scene.intersect(&ray) else { return Landing::Escaped };
         if let Some(place) = patches.locate(&ray, &hit) {
-            return place.patch.map_or(Landing::Absorbed, Landing::Patch);
+            let met = place.patch.and_then(|j| patches.behind_contact(j, (ray.o + ray.d * hit.t).as_dvec3()));
+            return met.map_or(Landing::Absorbed, Landing::Patch);
         }
         if !patches.objects[patches.object_of(&hit) as usize].is_clear {
             return Landing::Absorbed;

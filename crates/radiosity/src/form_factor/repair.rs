@@ -73,7 +73,11 @@ impl FormFactors {
         self.matrix = matrix;
         let sinks: Vec<f64> = losses.iter().zip(areas).map(|(l, a)| if closes { l * a } else { 0.0 }).collect();
         let rows = |x: &[f64]| product(&self.matrix.rows, x);
-        let (x, sweeps) = if closes { balance(rows, areas, &sinks, CLOSED) } else { lower(rows, areas, CLOSED) };
+        let sums = |x: &[f64]| {
+            let of = |(i, sx): (usize, f64)| x[i] * (sx + sinks[i]) / areas[i];
+            rows(x).into_iter().enumerate().map(of).collect()
+        };
+        let (x, sweeps) = if closes { balance(sums, areas, CLOSED) } else { lower(rows, areas, CLOSED) };
 
         let scaled = |i: usize| {
             self.matrix
@@ -227,16 +231,15 @@ fn product(s: &Rows, x: &[f64]) -> Vec<f64> {
     (0..x.len()).into_par_iter().with_min_len(64).map(row).collect()
 }
 
-/// x with x_i ((S x)_i + s_i) = A_i to a part of `near`, and how many sweeps that took, given the product S x. Rows without entries are left alone.
-pub(crate) fn balance(product: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], sinks: &[f64], near: f64) -> (Vec<f64>, usize) {
+/// x with which all `rows` are one to a part of `near`, and how many sweeps that took: x_i ← x_i / √(row i). Rows of zero are left alone.
+pub(crate) fn balance(rows: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], near: f64) -> (Vec<f64>, usize) {
     let mut y = vec![0.0f64; areas.len()];
     let mut x = vec![1.0; areas.len()];
     let mut past = Past::default();
     let mut least = f64::INFINITY;
     for sweep in 0..SWEEPS {
-        let sx = product(&x);
-        let row = |i: usize| x[i] * (sx[i] + sinks[i]) / areas[i];
-        let off = (0..x.len()).map(row).filter(|r| *r > 0.0).map(|r| (r - 1.0).abs()).fold(0.0, f64::max);
+        let rows = rows(&x);
+        let off = rows.iter().filter(|r| **r > 0.0).map(|r| (r - 1.0).abs()).fold(0.0, f64::max);
         if off <= near {
             return (x, sweep);
         }
@@ -245,7 +248,7 @@ pub(crate) fn balance(product: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], sinks
             past.steps.clear();
         }
         least = least.min(off);
-        let g: Vec<f64> = (0..x.len()).map(row).map(|r| if r > 0.0 { -0.5 * r.ln() } else { 0.0 }).collect();
+        let g: Vec<f64> = rows.iter().map(|r| if *r > 0.0 { -0.5 * r.ln() } else { 0.0 }).collect();
         past.step(&mut y, &g, areas);
         x.iter_mut().zip(&y).for_each(|(x, y)| *x = y.exp());
     }

@@ -96,7 +96,9 @@ impl<'a> Between<'a> {
             let charts = &self.patches.objects[o].charts;
             !block.meets(&self.objects[o], self.rim) || (charts.start as usize..charts.end as usize).all(outside)
         };
-        !self.unsure && (0..self.objects.len()).all(clear)
+        // Covered parts see nothing.
+        let touched = self.patches.is_touched(i) || self.patches.is_touched(j);
+        !self.unsure && !touched && (0..self.objects.len()).all(clear)
     }
 
     /// V between points of patches i and j.
@@ -112,6 +114,9 @@ impl<'a> Sight<'a> {
 
     /// V between points of patches i and j.
     pub fn sees(&self, (i, x): (u32, &PatchPoint), (j, y): (u32, &PatchPoint)) -> bool {
+        if self.patches.touching_at(i, x.p).is_some() || self.patches.touching_at(j, y.p).is_some() {
+            return false;
+        }
         let (start, end) = (self.patches.lifted(i, x), self.patches.lifted(j, y));
         let d = end - start;
         let distance = d.length();

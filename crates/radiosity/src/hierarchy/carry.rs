@@ -6,6 +6,8 @@
 //! push      (F b)_i = x_i Σ_{R holding i} h_R           to each patch what came at its own size and at all above
 //! ```
 //!
+//! Links between what emits light and what does not are carried likewise, with y in place of x. [`super::closure`] tells which they are.
+//!
 //! One pass goes through all levels: it is the V-cycle of [Hanrahan, Salzman, Aupperle 1991, fig. 8]. F_ij = x_i k A_j x_j with one k both ways, so
 //! A_i F_ij = A_j F_ji to the last bit but of rounding: what one loses the other gets. The x_i close the rows ([`super::closure`]).
 
@@ -64,9 +66,9 @@ pub trait Carried: Copy + Default + Send + Sync + Add<Output = Self> + Mul<f64, 
 impl Carried for f64 {}
 impl Carried for DVec3 {}
 
-/// F b, with A_i x_i in `weights`; zero at patches that are not in the tree.
-pub fn carry<T: Carried>(tree: &Tree, rows: &Rows, weights: &[f64], x: &[f64], b: &[T]) -> Vec<T> {
-    let q = tree.sums(|i| b[i as usize] * weights[i as usize], T::default());
+/// x_i Σ k A_j x_j b_j; zero at patches that are not in the tree.
+pub fn carry<T: Carried>(tree: &Tree, rows: &Rows, areas: &[f64], x: &[f64], b: &[T]) -> Vec<T> {
+    let q = tree.sums(|i| b[i as usize] * (areas[i as usize] * x[i as usize]), T::default());
     let mut out = vec![T::default(); b.len()];
     tree.hand_down(rows.gather(&q), |i, h| out[i as usize] = h * x[i as usize]);
     out

@@ -1,12 +1,12 @@
 //! Links with what emits light: by rays between points, as direct light is found in every other solver.
 //!
 //! ```text
-//! k = mean of V cosθx cosθy / (π r²) over m points of patch i and m of cluster S, all m² pairs              1/m²
+//! k = mean of V cosθx cosθy / (π r²) over m² pairs of points of patch i and of cluster S                    1/m²
 //! ```
 //!
 //! Few rays that leave a patch happen to meet a lamp, and what they bring is most of the light. So each patch is linked with the coarsest clusters of lamps
-//! that look even from there: r_S / d + turn_S / 2 ≤ [`EVEN`]. The points are stratified by area over the cluster, and jittered by a hash of the pair. Lamps
-//! that could give the patch more than [`LARGE`] of all that lamps could give have twice as many points.
+//! that look even from there: r_S / d + turn_S / 2 ≤ [`EVEN`]. Both points of the pairs are stratified by area, and jittered by a hash of the pair: no lamp point is looked
+//! at twice, which tells more of half shadows than all pairs of m points of each do. Lamps that could give the patch more than [`LARGE`] of all that lamps could give have twice as many points.
 //!
 //! Between flat patches near each other K has no bound. There ∬ K is the closed form, times the part of it that rays see.
 
@@ -30,8 +30,9 @@ const LARGE: f64 = 0.125;
 /// Distance over the sum of both radii below which flat patches have the closed form.
 const NEAR: f32 = 1.0;
 
-/// The most points on either side.
+/// The most pairs, and their root.
 const MOST: usize = 8;
+const PAIRS: usize = MOST * MOST;
 
 /// Looks from patches at lamps.
 pub(super) struct Lamps<'a> {
@@ -131,22 +132,22 @@ impl<'a> Lamps<'a> {
         }
     }
 
-    /// The link between a patch and a cluster, by `m` points of each.
+    /// The link between a patch and a cluster, by `m`² pairs of points.
     fn link(&self, ends: [u32; 2], m: usize, look: u64) -> Link {
         let [r, s] = ends.map(|k| self.node(k));
         let key = mix(self.seed ^ mix(u64::from(ends[0]) << 32 | u64::from(ends[1])) ^ m as u64 ^ look << 8);
-        let (xs, ys) = (self.points(r, m, key), self.points(s, m, mix(key)));
+        let (xs, ys) = (self.points(r, m * m, key), self.points(s, m * m, mix(key)));
         let (mut clear, mut seen) = (0.0, 0.0);
-        for x in &xs {
-            for y in &ys {
-                let d = y.1.p - x.1.p;
-                let r2 = d.length_squared();
-                let (cos_x, cos_y) = (d.dot(x.1.n), -d.dot(y.1.n));
-                if cos_x > 0.0 && cos_y > 0.0 {
-                    let k = cos_x * cos_y / (PI * r2 * r2) * x.1.weight * y.1.weight;
-                    clear += k;
-                    seen += if self.sight.sees((x.0, &x.1), (y.0, &y.1)) { k } else { 0.0 };
-                }
+        for (k, x) in xs.iter().enumerate() {
+            // Both digits of k to base m in turn: each m-th of the one meets each of the other.
+            let y = &ys[k % m * m + k / m];
+            let d = y.1.p - x.1.p;
+            let r2 = d.length_squared();
+            let (cos_x, cos_y) = (d.dot(x.1.n), -d.dot(y.1.n));
+            if cos_x > 0.0 && cos_y > 0.0 {
+                let k = cos_x * cos_y / (PI * r2 * r2) * x.1.weight * y.1.weight;
+                clear += k;
+                seen += if self.sight.sees((x.0, &x.1), (y.0, &y.1)) { k } else { 0.0 };
             }
         }
         let all = match if s.is_leaf() { self.closed(r, s) } else { None } {
@@ -177,7 +178,7 @@ impl<'a> Lamps<'a> {
     }
 
     /// `m` points of a cluster, one in each of as many equal parts of its area.
-    fn points(&self, node: &Node, m: usize, key: u64) -> ArrayVec<(u32, PatchPoint), MOST> {
+    fn points(&self, node: &Node, m: usize, key: u64) -> ArrayVec<(u32, PatchPoint), PAIRS> {
         let (begin, end) = (node.begin as usize, node.end as usize);
         let (from, area) = (self.up_to[begin], self.area(node));
         let at = |k: usize| {

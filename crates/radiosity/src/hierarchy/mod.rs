@@ -39,7 +39,8 @@ pub use tree::{Node, Tree};
 use crate::form_factor::{Cancelled, Repair, Sight, Watch};
 use crate::patch::Patches;
 use crate::solve::{Equation, Exchange, rgb};
-use carry::{Rows, carry};
+use carry::Rows;
+use closure::{Links, Scales};
 use etendue_scene::Scene;
 use glam::DVec3;
 use lamps::Lamps;
@@ -102,12 +103,12 @@ const BYTES: [u64; 2] = [8, 28];
 #[derive(Clone, Debug)]
 pub struct Hierarchy {
     tree: Tree,
-    rows: Rows,
-    /// A_i x_i, m².
-    weights: Vec<f64>,
-    x: Vec<f64>,
-    /// The parts of the light of each patch that escape, and that are absorbed by what is no patch.
-    lost: Vec<[f64; 2]>,
+    rows: Links,
+    /// A_i, m².
+    areas: Vec<f64>,
+    scales: Scales,
+    /// The parts of the light of each patch that escape, and that are absorbed by what is no patch, as rays found them.
+    measured: Vec<[f64; 2]>,
     /// The bound on ‖B - B*‖ / ‖B - Be‖.
     pub bound: f64,
     /// How many pairs of clusters are linked.
@@ -122,11 +123,11 @@ pub struct Hierarchy {
 
 impl Exchange for Hierarchy {
     fn multiply(&self, b: &[DVec3]) -> Vec<DVec3> {
-        carry(&self.tree, &self.rows, &self.weights, &self.x, b)
+        self.scales.carry(&self.tree, &self.rows, &self.areas, b)
     }
 
     fn lost(&self, i: usize) -> [f64; 2] {
-        self.lost[i]
+        self.scales.lost[i]
     }
 }
 
@@ -164,14 +165,15 @@ impl Hierarchy {
             let lights = lights(&tree, &areas, &rho, &b);
             let threshold = (THRESHOLD * method.error * reflected) as f32;
             let refinement = Refinement { tree: &tree, lights: &lights, areas: &whole, rays: samples.rays, threshold };
-            let mut links = refinement.links(&mut samples.pairs);
-            links.extend(lamps.links(POINTS << (round / 2)));
-            let rows = Rows::new(tree.nodes.len(), &links);
-            let mut lost = closure::losses(&tree, &samples, &caster);
-            let (x, repair) = closure::close(&tree, &rows, &areas, &mut lost, CLOSED[0]);
-            let weights = areas.iter().zip(&x).map(|(a, x)| a * x).collect();
-            let (links, rays) = (links.len(), samples.rays);
-            let mut carrier = Self { tree: tree.clone(), rows, weights, x, lost, bound: 0.0, links, rays, reached: false, repair };
+            let (within, across) = (refinement.links(&mut samples.pairs), lamps.links(POINTS << (round / 2)));
+            let [links, rays] = [within.len() + across.len(), samples.rays];
+            let [within, across] = [within, across].map(|links| Rows::new(tree.nodes.len(), &links));
+            let rows = Links { within, across };
+            let measured = closure::losses(&tree, &samples, &caster);
+            let is_lamp = |i: usize| lamps.is_lamp(i as u32);
+            let (scales, repair) = closure::close(&tree, &rows, &areas, &measured, is_lamp, CLOSED[0]);
+            let (tree, areas) = (tree.clone(), areas.clone());
+            let mut carrier = Self { tree, rows, areas, scales, measured, bound: 0.0, links, rays, reached: false, repair };
             let equation = Equation::new(patches, &carrier, direct.to_vec());
             for _ in 0..SWEEPS {
                 let h = equation.irradiance(&b);
@@ -193,22 +195,14 @@ impl Hierarchy {
             }
         }
         let mut found = found.ok_or(Cancelled)?;
-        found.close(&areas);
+        let is_lamp = |i: usize| lamps.is_lamp(i as u32);
+        (found.scales, found.repair) = closure::close(&found.tree, &found.rows, &areas, &found.measured, is_lamp, CLOSED[1]);
         Ok((found, b))
-    }
-
-    /// Closes rows that are nearly closed.
-    fn close(&mut self, areas: &[f64]) {
-        let mut lost = std::mem::take(&mut self.lost);
-        lost.iter_mut().zip(&self.x).for_each(|(l, x)| *l = l.map(|l| l / x));
-        let (x, repair) = closure::close(&self.tree, &self.rows, areas, &mut lost, CLOSED[1]);
-        self.weights = areas.iter().zip(&x).map(|(a, x)| a * x).collect();
-        (self.x, self.lost, self.repair) = (x, lost, repair);
     }
 
     /// Bytes that it holds.
     pub fn bytes(&self) -> usize {
-        self.rows.bytes() + self.tree.nodes.len() * size_of::<Node>() + self.x.len() * 36
+        self.rows.within.bytes() + self.rows.across.bytes() + self.tree.nodes.len() * size_of::<Node>() + self.areas.len() * 60
     }
 }
 

@@ -24,6 +24,7 @@
 //! A hit finds its patch by the way back ([`Patches::locate`]).
 
 pub mod chart;
+mod contacts;
 mod cut;
 mod faults;
 pub mod grid;
@@ -68,6 +69,13 @@ impl Side {
     #[inline]
     pub fn sign(self) -> f64 {
         if self == Self::Front { 1.0 } else { -1.0 }
+    }
+
+    /// The other one.
+    #[inline]
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        if self == Self::Front { Self::Back } else { Self::Front }
     }
 }
 
@@ -186,7 +194,9 @@ pub struct Patches {
     /// What is wrong with the surfaces.
     pub faults: Vec<Fault>,
     /// For patches that others cover face to face: which, and where.
-    contacts: BTreeMap<u32, Vec<faults::Contact>>,
+    contacts: BTreeMap<u32, Vec<contacts::Contact>>,
+    /// Of each object the volume that it encloses, m³, negative where fronts are inside; zero where it encloses none.
+    volumes: Vec<f64>,
     facets: Vec<Corners>,
     /// For each instance the number of its first object.
     instance_objects: Vec<u32>,

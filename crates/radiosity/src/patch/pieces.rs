@@ -23,6 +23,7 @@ impl Patches {
             obstacles: Vec::new(),
             faults: Vec::new(),
             contacts: BTreeMap::new(),
+            volumes: Vec::new(),
             facets: Vec::new(),
             instance_objects: Vec::new(),
             surface_objects: vec![NONE; scene.surfaces.len()],

@@ -6,8 +6,33 @@ use crate::patch::TooMany;
 use crate::solve::direct::TooLarge;
 use std::fmt;
 
+/// What fits where something does not.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Fit {
+    /// Ways to find the form factors.
+    pub methods: Vec<Factors>,
+    /// So many rays a patch, fewer than were asked for.
+    pub rays: Option<u32>,
+    /// So many patches, in the way that was asked for.
+    pub patches: usize,
+}
+
+impl fmt::Display for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<String> = self.methods.iter().map(|m| format!("`{}`", m.name())).collect();
+        let mut ways = match &names[..] {
+            [] => Vec::new(),
+            [one] => vec![format!("{one} fits")],
+            [first @ .., last] => vec![format!("{} and {last} fit", first.join(", "))],
+        };
+        ways.extend(self.rays.map(|rays| format!("`hemisphere` of {rays} rays a patch fits")));
+        ways.push(format!("{} patches fit", self.patches));
+        f.write_str(&ways.join(", or "))
+    }
+}
+
 /// Why there is no solution.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Error {
     /// More patches than can be numbered.
     TooMany(TooMany),
@@ -19,6 +44,8 @@ pub enum Error {
         patches: usize,
         /// The method.
         factors: Factors,
+        /// What fits.
+        fit: Fit,
     },
     /// The factors would not fit into memory.
     Memory {
@@ -26,10 +53,8 @@ pub enum Error {
         patches: usize,
         /// Bytes that the factors would take, at most.
         bytes: u64,
-        /// How many patches would fit.
-        fit: usize,
-        /// Whether all of them would by `hierarchical`.
-        links_fit: bool,
+        /// What fits.
+        fit: Fit,
     },
     /// The method of solving needs rows of a matrix, and there are links.
     NoRows {
@@ -62,18 +87,17 @@ impl fmt::Display for Error {
                 write!(f, "the scene has {patches} pieces before any is cut, and {most} patches are the most")
             }
             Self::TooLarge(e) => e.fmt(f),
-            Self::Pairs { patches, factors } => write!(
+            Self::Pairs { patches, factors, fit } => write!(
                 f,
-                "`{}` goes through all pairs, {:.0} million of {patches} patches, and takes {} patches at most; `hemisphere` and `hierarchical` fit",
+                "`{}` goes through all pairs, {:.0} million of {patches} patches, and takes {} patches at most; {fit}",
                 factors.name(),
                 (*patches as f64).powi(2) / 2e6,
                 factors.most()
             ),
-            Self::Memory { patches, bytes, fit, links_fit } => write!(
+            Self::Memory { patches, bytes, fit } => write!(
                 f,
-                "form factors of {patches} patches would take up to {:.1} GiB, which cannot be had; {fit} patches fit{}",
+                "form factors of {patches} patches would take up to {:.1} GiB, which cannot be had; {fit}",
                 *bytes as f64 / f64::from(1 << 30),
-                if *links_fit { ", and all of them by `hierarchical`" } else { "" }
             ),
             Self::NoRows { method } => write!(
                 f,

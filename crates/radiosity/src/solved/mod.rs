@@ -21,7 +21,7 @@ mod error;
 mod settings;
 
 pub use carrier::Carrier;
-pub use error::Error;
+pub use error::{Error, Fit};
 pub use settings::{Factors, Method, Settings};
 
 use crate::form_factor::{FormFactors, Hemisphere, Open, Pairs, Repair, analytic, by_area, hemisphere};
@@ -137,15 +137,17 @@ impl Solved {
         if settings.factors == Factors::Hierarchical && settings.method != Method::Neumann {
             return Err(Error::NoRows { method: settings.method });
         }
-        if count > settings.factors.most() {
-            return Err(Error::Pairs { patches: count, factors: settings.factors });
-        }
         let bytes = settings.bytes(count);
-        if bytes > settings.memory {
-            let fit = (1..40).map(|k| count >> k).find(|n| settings.bytes(*n) <= settings.memory).unwrap_or(1);
-            let links = Settings { factors: Factors::Hierarchical, ..*settings };
-            let links_fit = settings.factors != links.factors && links.bytes(count) <= settings.memory;
-            return Err(Error::Memory { patches: count, bytes, fit, links_fit });
+        let (many, large) = (count > settings.factors.most(), bytes > settings.memory);
+        if many || large {
+            let methods = settings.fitting(count);
+            let rays = (!methods.contains(&Factors::Hemisphere)).then(|| settings.fitting_rays(count)).flatten();
+            let fits = |n: &usize| *n <= settings.factors.most() && settings.bytes(*n) <= settings.memory;
+            let fit = Fit { methods, rays, patches: (1..40).map(|k| count >> k).find(fits).unwrap_or(1) };
+            return Err(match many {
+                true => Error::Pairs { patches: count, factors: settings.factors, fit },
+                false => Error::Memory { patches: count, bytes, fit },
+            });
         }
         Ok(patches)
     }

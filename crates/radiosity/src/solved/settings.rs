@@ -6,68 +6,74 @@ use crate::patch::PatchSize;
 use crate::solve::direct::TooLarge;
 use crate::solve::{Equation, Solution, Until, direct, gauss_seidel, neumann, shooting};
 
-/// How form factors are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Factors {
-    /// By rays.
-    #[default]
-    Hemisphere,
-    /// Closed forms, less what rays find blocked.
-    Analytic,
-    /// Quadrature of the double integral.
-    Area,
-    /// None between patches: links between clusters ([`crate::hierarchy`]).
-    Hierarchical,
+/// An enum whose variants have names and a line of help: listed once.
+macro_rules! choices {
+    ($(#[$about:meta])* $type:ident { $($(#[$default:meta])* $variant:ident = $name:literal, $help:literal;)+ }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        pub enum $type {
+            $($(#[$default])* #[doc = $help] $variant,)+
+        }
+
+        impl $type {
+            /// All, in the order of the variants.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
+            /// Their names, as users write them.
+            pub const NAMES: &'static [&'static str] = &[$($name),+];
+
+            /// The one of a place in [`Self::NAMES`]; the last for one beyond.
+            pub fn nth(i: usize) -> Self {
+                Self::ALL[i.min(Self::ALL.len() - 1)]
+            }
+
+            /// The one of a name.
+            pub fn named(name: &str) -> Option<Self> {
+                Self::NAMES.iter().position(|n| *n == name).map(Self::nth)
+            }
+
+            /// As users write it.
+            pub fn name(self) -> &'static str {
+                Self::NAMES[self as usize]
+            }
+
+            /// What it is, in a line.
+            pub fn help(self) -> &'static str {
+                [$($help),+][self as usize]
+            }
+        }
+    };
+}
+
+choices! {
+    /// How form factors are found.
+    Factors {
+        #[default]
+        Hemisphere = "hemisphere", "Cosine-distributed rays from each patch.";
+        Analytic = "analytic", "Closed forms between polygons, less what rays find blocked; for some thousands of patches.";
+        Area = "area", "Quadrature of the double integral; for some thousands of patches.";
+        Hierarchical = "hierarchical", "Links between clusters of patches, as coarse as the stated error allows; for up to millions of patches.";
+    }
+}
+
+choices! {
+    /// How the equation is solved.
+    Method {
+        #[default]
+        Neumann = "neumann", "Bounce by bounce.";
+        GaussSeidel = "gauss-seidel", "Gathering from what is newest.";
+        Shooting = "shooting", "The patch with most unshot light shoots first.";
+        Direct = "direct", "A dense factorisation, for small scenes.";
+    }
 }
 
 impl Factors {
-    /// All, as users write them, in the order of the variants.
-    pub const NAMES: &'static [&'static str] = &["hemisphere", "analytic", "area", "hierarchical"];
-
-    /// The one of a place in [`Factors::NAMES`].
-    pub fn nth(i: usize) -> Self {
-        [Self::Hemisphere, Self::Analytic, Self::Area, Self::Hierarchical][i.min(3)]
-    }
-
-    /// As users write it.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
     /// The most patches that it is of use for: beyond, a matrix of all pairs takes hours and more memory than there is.
     pub fn most(self) -> usize {
         if matches!(self, Self::Hemisphere | Self::Hierarchical) { usize::MAX } else { 16_384 }
     }
 }
 
-/// How the equation is solved.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
-    /// Bounce by bounce.
-    #[default]
-    Neumann,
-    /// Gathering from what is newest.
-    GaussSeidel,
-    /// The brightest shoots first.
-    Shooting,
-    /// A dense factorisation.
-    Direct,
-}
-
 impl Method {
-    /// All, as users write them, in the order of the variants.
-    pub const NAMES: &'static [&'static str] = &["neumann", "gauss-seidel", "shooting", "direct"];
-
-    /// The method of a place in [`Method::NAMES`].
-    pub fn nth(i: usize) -> Self {
-        [Self::Neumann, Self::GaussSeidel, Self::Shooting, Self::Direct][i.min(3)]
-    }
-
-    /// As users write it.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize]
-    }
-
     /// Solves `equation`.
     pub fn solve(self, equation: &Equation<'_, FormFactors>, until: &Until<'_>) -> Result<Solution, TooLarge> {
         match self {
@@ -122,6 +128,18 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// The ways to find form factors of so many patches that fit.
+    pub(super) fn fitting(&self, patches: usize) -> Vec<Factors> {
+        let fits = |f: &Factors| patches <= f.most() && Self { factors: *f, ..*self }.bytes(patches) <= self.memory;
+        Factors::ALL.iter().copied().filter(fits).collect()
+    }
+
+    /// The most rays, of a power of two, with which form factors of so many patches by rays fit.
+    pub(super) fn fitting_rays(&self, patches: usize) -> Option<u32> {
+        let fits = |rays: &u32| Self { factors: Factors::Hemisphere, rays: *rays, ..*self }.bytes(patches) <= self.memory;
+        (4..self.rays.ilog2()).rev().map(|k| 1 << k).find(fits)
+    }
+
     /// The most that F takes among so many patches, bytes: a row has an entry a ray at most, the symmetric matrix twice as many, and three are held at
     /// one time. By links: what they can do without is theirs, this is the tree and some sweeps.
     pub(super) fn bytes(&self, patches: usize) -> u64 {
