@@ -171,6 +171,70 @@ fn a_box_on_the_floor_touches_it() {
     assert!(matches!(patches.faults[..], [Fault::Doubled { .. }]), "{:?}", patches.faults);
 }
 
+/// A box of two-sided material on a floor: what it covers of the floor sees the bottom of the box alone, from whichever side the floor is wound, and no
+/// light of the floor gets into the box. Row sums have standard errors below 3e-4.
+#[test]
+fn a_box_of_two_sides_covers_the_floor() {
+    let two = r#"<bsdf type="twosided"><bsdf type="diffuse"/></bsdf>"#;
+    let room = shape("cube", "", &(FLIPPED.to_owned() + two));
+    let wall = |turn: &str| shape("rectangle", turn, two);
+    // Six sheets, with fronts inside and outside.
+    let sheets = |turned: &str| {
+        [
+            format!(r#"{turned}<translate z="-1"/>"#),
+            format!(r#"{turned}<translate z="-1"/><rotate x="1" angle="180"/>"#),
+            format!(r#"{turned}<translate z="-1"/><rotate x="1" angle="90"/>"#),
+            format!(r#"{turned}<translate z="-1"/><rotate x="1" angle="-90"/>"#),
+            format!(r#"{turned}<translate z="-1"/><rotate y="1" angle="90"/>"#),
+            format!(r#"{turned}<translate z="-1"/><rotate y="1" angle="-90"/>"#),
+        ]
+        .map(|t| wall(&t))
+        .concat()
+    };
+    let standing = shape("cube", r#"<scale x="0.5" y="0.5" z="0.3"/><translate z="-0.7"/>"#, two);
+    for around in [room, sheets(""), sheets(r#"<rotate x="1" angle="180"/>"#)] {
+        let scene = scene(&(around + &standing));
+        let patches = cut(&scene, PatchSize::Metres(0.7));
+        let touching: f64 =
+            patches.faults.iter().map(|f| if let Fault::Touching { area, .. } = f { *area } else { 0.0 }).sum();
+        assert!((touching - 1.0).abs() < 1e-5, "{:?}", patches.faults);
+        let open = etendue_radiosity::cover::open(&scene, &patches, 0);
+        let inside_room = |i: usize| {
+            let p = patches.patches[i].p;
+            let n = patches.patches[i].n;
+            p.abs().max_element() < 1.0 - 1e-6 || n.dot(p) < 0.0
+        };
+        // On the floor and under the box: 1 m² each. Of 64 points a patch, 1.5 % of the area is a third of a row of points.
+        let covered: f64 = (0..patches.len()).map(|i| (1.0 - open[i]) * patches.patches[i].area).sum();
+        assert!((covered - 2.0).abs() < 0.03, "{covered} m² are covered");
+
+        // What is within the box: fronts of it are outside.
+        let within = |i: usize| {
+            let (p, n) = (patches.patches[i].p, patches.patches[i].n);
+            let middle = glam::DVec3::new(0.0, 0.0, -0.7);
+            (p - middle).abs().cmple(glam::DVec3::new(0.5 + 1e-6, 0.5 + 1e-6, 0.3 + 1e-6)).all() && n.dot(p - middle) < 0.0
+                && patches.patches[i].side == etendue_radiosity::Side::Back
+                && patches.objects[patches.patches[i].object as usize].surface.index() + 1 == scene.surfaces.len()
+        };
+        assert_eq!((0..patches.len()).filter(|i| within(*i)).count() * 2, {
+            let last = patches.objects.last().expect("the box");
+            last.patches.len()
+        });
+        let rays = Hemisphere { rays: 1 << 12, ..Hemisphere::default() };
+        let cast = hemisphere(&scene, &patches, &rays, &|_, _| true).expect("not cancelled");
+        for (name, f, most) in [("rays", cast, 2e-3), ("analytic", by_analytic(&scene, &patches), 1e-4)] {
+            let leak: f64 = (0..f.len())
+                .filter(|i| within(*i))
+                .map(|i| f.row(i).filter(|(j, _)| !within(*j)).map(|(_, x)| x).sum::<f64>())
+                .fold(0.0, f64::max);
+            assert!(leak <= most, "{name}: {leak} leaves the inside of the box");
+            let off = |i: usize| (f.row_sum(i) + f.escaped[i] + f.absorbed[i] - 1.0).abs();
+            let worst = (0..f.len()).filter(|i| inside_room(*i)).map(off).fold(0.0, f64::max);
+            assert!(worst < 1e-3, "{name}: a row is {worst} off");
+        }
+    }
+}
+
 #[test]
 fn bad_meshes_are_told() {
     let ply = |vertices: &[[f32; 3]], faces: &[[u32; 3]]| {

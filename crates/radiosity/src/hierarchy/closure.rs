@@ -2,29 +2,25 @@
 //!
 //! ```text
 //! F_ij = x_i k A_j x_j             within what emits light, and within what does not
-//! F_ij = y_i k A_j y_j             across:  y = x of what emits, 1 of what does not
-//! x_i ← x_i √(1 / r_i)             until Σ_j F_ij + losses = 1, r_i = what is there of what there should be
+//! F_ij = y_i k A_j y_j             across:  y = x of what emits, x^β of what does not
+//! x_i ← x_i / √(Σ_j F_ij + x_i losses_i)         until every row is one
 //! ```
 //!
 //! The repair of form factors ([`crate::form_factor::Repair`]), with a product by links in place of one by a matrix. It puts right, patch by patch, what one
 //! number for many patches cannot hold: the whole of what each sees. Rows of rays are 5 to 10 % off before. Light from lamps is known ten times better
-//! than that, by rays between points; were it scaled with the rest, no number of rays would make it right again. So what is lost and what lamps give stand as they were found, and what is not
-//! known so well makes up the rest of the row:
+//! than that, by rays between points; scaled with the rest it would be off as far, and no number of rays would make it right again. So β = [`LAMPS`] is small:
+//! what lamps give hardly moves, and what is not known so well makes up the rest of the row. It is not zero, for then a row has no scale that closes it where two
+//! groups of patches see each other and lamps alone, and the estimates of both disagree.
 //!
-//! ```text
-//! r_i = Σ_within F_ij / (1 - Σ_across F_ij - losses_i)
-//! ```
-//!
-//! The row of a lamp is scaled as a whole, r_j = Σ F_ji + x_j losses_j, and so is one of which less than [`REST`] would be left. Losses are measured by the rays of a patch and
-//! of its neighbours in the tree, [`NEIGHBOURS`] of them.
+//! Losses are measured by the rays of a patch and of its neighbours in the tree, [`NEIGHBOURS`] of them.
 
 use super::carry::{Carried, Rows, carry};
 use super::rays::{Caster, Samples};
 use super::tree::Tree;
 use crate::form_factor::{Repair, balance};
 
-/// The part of a row that must be left for it to make up for the whole.
-const REST: f64 = 0.1;
+/// β: how far what lamps give is scaled with the rest.
+const LAMPS: f64 = 0.125;
 
 /// Patches whose rays tell of the losses of each, at most.
 const NEIGHBOURS: u32 = 16;
@@ -91,20 +87,16 @@ pub fn close(
     let sums = |rows: &Rows, x: &[f64]| carry(tree, rows, areas, x, &ones);
     let [within, across] = [&links.within, &links.across].map(|rows| sums(rows, &ones));
     let lost: Vec<f64> = losses.iter().map(|l| l[0] + l[1]).collect();
-    // Rows that are scaled as a whole.
-    let whole: Vec<bool> = (0..n).map(|i| is_lamp(i) || within[i] == 0.0 || across[i] + lost[i] > 1.0 - REST).collect();
-    let of = |x: &[f64]| -> Vec<f64> { (0..n).map(|i| if whole[i] { x[i] } else { 1.0 }).collect() };
+    let across_of = |x: &[f64]| -> Vec<f64> { (0..n).map(|i| if is_lamp(i) { x[i] } else { x[i].powf(LAMPS) }).collect() };
     let parts = |x: &[f64]| {
-        let ratio = |((w, a), i): ((f64, f64), usize)| match whole[i] {
-            true if w + a > 0.0 => w + a + x[i] * lost[i],
-            true => 0.0,
-            false => w / (1.0 - a - lost[i]).max(0.1 * REST),
-        };
-        sums(&links.within, x).into_iter().zip(sums(&links.across, &of(x))).zip(0..n).map(ratio).collect::<Vec<f64>>()
+        let both = sums(&links.within, x).into_iter().zip(sums(&links.across, &across_of(x)));
+        let row = |(i, (w, a)): (usize, (f64, f64))| if w + a > 0.0 { w + a + x[i] * lost[i] } else { 0.0 };
+        both.enumerate().map(row).collect::<Vec<f64>>()
     };
     let (x, sweeps) = balance(parts, areas, near);
 
-    let scales = Scales { y: of(&x), lost: (0..n).map(|i| losses[i].map(|l| if whole[i] { x[i] * l } else { l })).collect(), x };
+    let lost = losses.iter().zip(&x).map(|(l, x)| l.map(|l| x * l)).collect();
+    let scales = Scales { y: across_of(&x), x, lost };
     let after = scales.carry(tree, links, areas, &ones);
     let off = |sum: &dyn Fn(usize) -> f64, lost: &[[f64; 2]]| {
         let of = |i: usize| if sum(i) > 0.0 { (1.0 - sum(i) - lost[i][0] - lost[i][1]).abs() } else { 0.0 };
@@ -113,7 +105,7 @@ pub fn close(
     let before = |i: usize| within[i] + across[i];
     let moved: f64 = (0..n).map(|i| (after[i] - before(i)).abs() * areas[i]).sum();
     let repair = Repair {
-        closed: lost.iter().all(|l| *l == 0.0),
+        closed: losses.iter().all(|l| *l == [0.0; 2]),
         closure_before: off(&before, losses),
         closure_after: off(&|i| after[i], &scales.lost),
         moved_by_scaling: moved / areas.iter().sum::<f64>(),
