@@ -94,9 +94,7 @@ pub(crate) fn defects(loaded: &Loaded, patches: &Patches, names: &[String]) -> V
         Fault::Open { first, count } => {
             new("open", &[*first], *count, None, "what passes there is counted where it ends, or as escaped")
         }
-        Fault::Touching { pair, area } => {
-            new("touching", pair, 1, Some(*area), "those parts exchange with each other alone")
-        }
+        Fault::Touching { pair, area } => new("touching", pair, 1, Some(*area), "those parts exchange with each other alone"),
         Fault::Doubled { pair, area } => new("doubled", pair, 1, Some(*area), "rays see one of the two, and both send light"),
     };
     let obstacle = |id: &SurfaceId| {

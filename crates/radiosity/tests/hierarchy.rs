@@ -163,7 +163,10 @@ fn what_does_not_fit_is_told_with_what_does() {
     let memory = told(Settings { factors: Factors::Hemisphere, memory: 1 << 26, ..settings(50_000) });
     assert!(memory.contains("`hierarchical` fits, or `hemisphere` of 32 rays a patch fits, or 1562 patches fit"), "{memory}");
     let least = told(Settings { memory: 1 << 20, ..settings(50_000) });
-    assert!(least.contains("cannot be had; ") && least.contains(" patches fit") && !least.contains("`hierarchical` fits"), "{least}");
+    assert!(
+        least.contains("cannot be had; ") && least.contains(" patches fit") && !least.contains("`hierarchical` fits"),
+        "{least}"
+    );
     let pairs = told(Settings { factors: Factors::Analytic, memory: 1 << 30, ..settings(50_000) });
     assert!(pairs.contains("`hierarchical` fits, or `hemisphere` of 512 rays a patch fits, or "), "{pairs}");
     assert!(told(Settings { factors: Factors::Hemisphere, method: Method::Direct, ..settings(9000) }).contains("`hierarchical`"));

@@ -195,8 +195,7 @@ fn a_box_of_two_sides_covers_the_floor() {
     for around in [room, sheets(""), sheets(r#"<rotate x="1" angle="180"/>"#)] {
         let scene = scene(&(around + &standing));
         let patches = cut(&scene, PatchSize::Metres(0.7));
-        let touching: f64 =
-            patches.faults.iter().map(|f| if let Fault::Touching { area, .. } = f { *area } else { 0.0 }).sum();
+        let touching: f64 = patches.faults.iter().map(|f| if let Fault::Touching { area, .. } = f { *area } else { 0.0 }).sum();
         assert!((touching - 1.0).abs() < 1e-5, "{:?}", patches.faults);
         let open = etendue_radiosity::cover::open(&scene, &patches, 0);
         let inside_room = |i: usize| {
@@ -212,7 +211,8 @@ fn a_box_of_two_sides_covers_the_floor() {
         let within = |i: usize| {
             let (p, n) = (patches.patches[i].p, patches.patches[i].n);
             let middle = glam::DVec3::new(0.0, 0.0, -0.7);
-            (p - middle).abs().cmple(glam::DVec3::new(0.5 + 1e-6, 0.5 + 1e-6, 0.3 + 1e-6)).all() && n.dot(p - middle) < 0.0
+            (p - middle).abs().cmple(glam::DVec3::new(0.5 + 1e-6, 0.5 + 1e-6, 0.3 + 1e-6)).all()
+                && n.dot(p - middle) < 0.0
                 && patches.patches[i].side == etendue_radiosity::Side::Back
                 && patches.objects[patches.patches[i].object as usize].surface.index() + 1 == scene.surfaces.len()
         };
