@@ -3,7 +3,7 @@
 use super::constants::folded;
 use super::look::{child, flag, float, get, matrix, text};
 use etendue_description::{Description, NodeId, SpectrumValue, Value};
-use etendue_image::{ExrSamples, Format, Image, Picture, SaveOptions, Transfer};
+use etendue_image::{Depth, ExrSamples, Format, Image, Picture, SaveOptions};
 use etendue_numerics::spectrum::{SampledSpectrum, cie};
 use glam::{DMat4, DVec2, DVec3, Vec3};
 use std::path::Path;
@@ -23,15 +23,34 @@ impl Pixels {
         Self { width, height, texels }
     }
 
-    /// The picture of a file; `None` where it is none of a colour or of grey.
-    pub fn read(d: &Description, path: &Path, raw: bool) -> Option<Self> {
-        let image = match d.assets.files.get(path) {
-            Some(bytes) => etendue_image::decode(bytes, Format::of_path(path)).ok()?.image,
-            None => etendue_image::load(path).ok()?,
-        };
-        let image = if raw || image.encoding().transfer == Transfer::Linear { image } else { image.into_linear() };
-        let places = match (image.channel("R"), image.channel("G"), image.channel("B")) {
-            (Some(r), Some(g), Some(b)) => [r, g, b],
+    /// The picture of a file, as light; `None` where it is none of a colour or of grey.
+    pub fn read(d: &Description, path: &Path) -> Option<Self> {
+        let image = open(d, path)?;
+        Self::from_image(&image.into_linear(), None)
+    }
+
+    /// The picture of a `bitmap` node, in the way that the node asks for.
+    pub fn of(d: &Description, id: NodeId) -> Option<Self> {
+        let node = d.node(id);
+        let Some(Value::Path(path)) = get(node, "filename").filter(|_| node.model.value == "bitmap") else { return None };
+        let image = open(d, path)?;
+        let whole = matches!(image.encoding().depth, Depth::Unorm8 | Depth::Unorm16);
+        let gamma = float(node, "gamma").filter(|_| whole);
+        // A number is alpha, where a picture has any.
+        let alpha = image.channel("A").filter(|a| flag(node, "number", false) && image.pixels().any(|p| p[*a] != 1.0));
+        if flag(node, "raw", false) {
+            return Self::from_image(&image, alpha);
+        }
+        match gamma {
+            Some(gamma) => Self::from_image(&image, alpha).map(|p| p.map(|t| t.powf(gamma as f32))),
+            None => Self::from_image(&image.into_linear(), alpha),
+        }
+    }
+
+    fn from_image(image: &Image, one: Option<usize>) -> Option<Self> {
+        let places = match (one, image.channel("R"), image.channel("G"), image.channel("B")) {
+            (Some(one), ..) => [one; 3],
+            (_, Some(r), Some(g), Some(b)) => [r, g, b],
             _ => [image.channel("Y").or((image.channel_count() == 1).then_some(0))?; 3],
         };
         let finite = |x: f32| if x.is_finite() { x } else { 0.0 };
@@ -96,12 +115,19 @@ impl Pixels {
     }
 }
 
-/// The path of a picture, and whether it is raw.
-pub(super) fn of_bitmap(d: &Description, id: NodeId) -> Option<(&Path, bool)> {
-    let node = d.node(id);
-    match get(node, "filename") {
-        Some(Value::Path(path)) if node.model.value == "bitmap" => Some((path, flag(node, "raw", false))),
+/// The file of a `bitmap` node.
+pub(super) fn of_bitmap(d: &Description, id: NodeId) -> Option<&Path> {
+    match get(d.node(id), "filename") {
+        Some(Value::Path(path)) if d.node(id).model.value == "bitmap" => Some(path),
         _ => None,
+    }
+}
+
+/// What a file holds, decoded no further.
+fn open(d: &Description, path: &Path) -> Option<Image> {
+    match d.assets.files.get(path) {
+        Some(bytes) => etendue_image::decode(bytes, Format::of_path(path)).ok().map(|p| p.image),
+        None => etendue_image::load(path).ok(),
     }
 }
 
@@ -124,8 +150,8 @@ pub(super) fn mean(d: &Description, value: &Value) -> Vec3 {
     let look = Look { d, pictures: std::collections::BTreeMap::new() };
     match folded(d, value) {
         Value::Node(id) => {
-            if let Some((path, raw)) = of_bitmap(d, id) {
-                return Pixels::read(d, path, raw).map_or(Vec3::splat(0.5), |p| p.mean().as_vec3());
+            if of_bitmap(d, id).is_some() {
+                return Pixels::of(d, id).map_or(Vec3::splat(0.5), |p| p.mean().as_vec3());
             }
             let parts: Vec<Vec3> =
                 d.node(id).params.iter().filter(|p| is_colour(&p.name.value)).map(|p| mean(d, &p.value.value)).collect();
@@ -144,8 +170,8 @@ type Pictures = std::collections::BTreeMap<NodeId, Pixels>;
 
 /// Reads all pictures below a texture.
 fn gather(d: &Description, id: NodeId, pictures: &mut Pictures) -> Option<()> {
-    if let Some((path, raw)) = of_bitmap(d, id) {
-        pictures.insert(id, Pixels::read(d, path, raw)?);
+    if of_bitmap(d, id).is_some() {
+        pictures.insert(id, Pixels::of(d, id)?);
     }
     super::look::nodes_in(d.node(id)).try_for_each(|child| gather(d, child, pictures))
 }

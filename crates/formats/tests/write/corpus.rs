@@ -124,6 +124,7 @@ Texture "marble" "spectrum" "marble" "float scale" 2 "float variation" .3 "integ
 Texture "fbm" "float" "fbm" "integer octaves" 5 "float roughness" .4
 Texture "ball" "spectrum" "checkerboard" "string mapping" "spherical"
 AttributeEnd
+Texture "rough" "float" "imagemap" "string filename" "grid.exr" "string encoding" "gamma 2.2"
 Texture "scaled" "spectrum" "scale" "texture tex" "picture" "float scale" .5
 Texture "mixed" "spectrum" "mix" "texture tex1" "scaled" "rgb tex2" [.2 .3 .4] "texture amount" "adjusted"
 Texture "turned" "spectrum" "directionmix" "rgb tex1" [.2 .3 .4] "rgb tex2" [.5 .6 .7] "vector3 dir" [0 1 2]
@@ -138,14 +139,18 @@ MakeNamedMaterial "metal" "string type" "conductor" "float uroughness" .1 "float
 MakeNamedMaterial "gold" "string type" "conductor" "spectrum eta" "metal-Au-eta" "spectrum k" "metal-Au-k" "texture roughness" "corners"
 MakeNamedMaterial "mirror" "string type" "conductor" "rgb reflectance" [.9 .8 .7]
 MakeNamedMaterial "glass" "string type" "dielectric" "float eta" 1.6
-MakeNamedMaterial "frosted" "string type" "dielectric" "float roughness" .25
+MakeNamedMaterial "frosted" "string type" "dielectric" "texture roughness" "rough"
+MakeNamedMaterial "prism" "string type" "dielectric" "spectrum eta" "glass-BK7"
+MakeNamedMaterial "measured" "string type" "dielectric" "spectrum eta" [400 1.7 700 1.6]
+MakeNamedMaterial "hair" "string type" "hair" "float eumelanin" .5 "float beta_m" .2 "texture beta_n" "corners"
+MakeNamedMaterial "dyed" "string type" "hair" "rgb reflectance" [.5 .2 .1]
 MakeNamedMaterial "pane" "string type" "thindielectric" "float eta" 1.4
 MakeNamedMaterial "coated" "string type" "coateddiffuse" "texture reflectance" "dots" "float roughness" .1 "float thickness" .02 "float g" .3 "rgb albedo" [.1 .2 .3] "integer maxdepth" 20 "integer nsamples" 2
 MakeNamedMaterial "lacquer" "string type" "coatedconductor" "rgb reflectance" [.5 .6 .7] "float interface.roughness" .01 "float conductor.roughness" .2 "float interface.eta" 1.4
 MakeNamedMaterial "leaf" "string type" "diffusetransmission" "rgb reflectance" [.1 .2 .1] "texture transmittance" "marble" "float scale" .9
 MakeNamedMaterial "nothing" "string type" "interface"
 MakeNamedMaterial "both" "string type" "mix" "string materials" ["mixed" "gold"] "texture amount" "wrinkled"
-NamedMaterial "mixed" Shape "cylinder" "float radius" 2
+NamedMaterial "mixed" Shape "sphere" "float radius" 2 Shape "disk"
 NamedMaterial "board" Shape "cylinder" "float radius" .5 "float zmin" -2 "float zmax" 3
 NamedMaterial "metal" Shape "sphere" "float zmin" -.5
 NamedMaterial "gold" AttributeBegin Translate 1 2 3 Rotate 33 1 2 3 ReverseOrientation Shape "cylinder" AttributeEnd
@@ -156,6 +161,8 @@ NamedMaterial "frosted" Shape "trianglemesh" "point3 P" [0 0 0 1 0 0 0 1 0] "nor
 NamedMaterial "pane" AttributeBegin Scale -1 1 1 Shape "plymesh" "string filename" "quad.ply" AttributeEnd
 NamedMaterial "coated" Shape "bilinearmesh" "point3 P" [0 0 0 1 0 0 0 1 0 1 1 .5] Shape "loopsubdiv" "integer levels" 1 "point3 P" [0 0 0 1 0 0 0 1 0 0 0 1] "integer indices" [0 1 2 0 2 3 0 3 1 1 3 2]
 NamedMaterial "lacquer" Shape "curve" "point3 P" [0 0 0 1 0 0 1 1 0 2 2 2] "float width" .1
+NamedMaterial "prism" Shape "sphere" NamedMaterial "measured" Shape "sphere"
+NamedMaterial "hair" Shape "curve" "point3 P" [0 0 0 1 0 0 1 1 0 2 2 2] "float width" .1 NamedMaterial "dyed" Shape "sphere"
 NamedMaterial "leaf" Shape "sphere" "float alpha" .5
 NamedMaterial "nothing" Shape "sphere"
 NamedMaterial "both" Shape "cylinder" "texture alpha" "windy"

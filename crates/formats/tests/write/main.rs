@@ -136,7 +136,8 @@ fn plain_mitsuba_files_hold_no_words_of_our_own() {
             let own = OWN.contains(&node.model.value.as_str()) && node.kind != Kind::Emitter;
             assert!(!own, "{} in {}", node.model.value, written.text);
             for p in &node.params {
-                let own = ["masking", "remap_roughness", "two_sided", "power", "illuminance"].contains(&p.name.value.as_str());
+                let own = ["masking", "pbrt_uv", "number", "gamma", "remap_roughness", "two_sided", "power", "illuminance"]
+                    .contains(&p.name.value.as_str());
                 assert!(!own, "{} of {} in {}", p.name.value, node.model.value, written.text);
             }
         }

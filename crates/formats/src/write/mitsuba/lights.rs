@@ -11,7 +11,7 @@
 
 use super::super::areas::area;
 use super::super::look::{flag, float, get, nodes_in, remove, set, text};
-use super::super::pictures::{Pixels, mean, of_bitmap};
+use super::super::pictures::{Pixels, mean};
 use super::super::surroundings;
 use super::plain::Plain;
 use etendue_description::{NodeId, SpectrumValue, Value};
@@ -77,7 +77,7 @@ impl Plain<'_, '_> {
         let node = self.read.node(id).clone();
         remove(self.node(id), &["mapping", "illuminance"]);
         let Some(Value::Path(path)) = get(&node, "filename") else { return };
-        let Some(square) = Pixels::read(self.read, path, false) else { return };
+        let Some(square) = Pixels::read(self.read, path) else { return };
         if let Some(e) = float(&node, "illuminance") {
             let unit = surroundings::illuminance(&square).max(f64::MIN_POSITIVE);
             set(self.node(id), "scale", Value::Float(float(&node, "scale").unwrap_or(1.0) * e / unit));
@@ -95,8 +95,7 @@ impl Plain<'_, '_> {
             self.approximated(id, "falloff", "falls evenly on a plane");
             return;
         };
-        let Some((path, raw)) = of_bitmap(self.read, *texture) else { return };
-        let Some(picture) = Pixels::read(self.read, path, raw) else { return };
+        let Some(picture) = Pixels::of(self.read, *texture) else { return };
         let (w, h) = (picture.width, picture.height);
         let aspect = w as f64 / h as f64;
         let tan = (0.5 * float(&node, "fov").unwrap_or(90.0)).to_radians().tan();
@@ -127,7 +126,7 @@ impl Plain<'_, '_> {
     fn goniometric(&mut self, id: NodeId) {
         let node = self.read.node(id).clone();
         let picture = match get(&node, "filename") {
-            Some(Value::Path(path)) => Pixels::read(self.read, path, false),
+            Some(Value::Path(path)) => Pixels::read(self.read, path),
             _ => None,
         };
         let even = match float(&node, "power") {

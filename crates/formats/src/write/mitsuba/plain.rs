@@ -21,6 +21,9 @@ use etendue_numerics::spectrum::cie;
 use glam::{DMat3, DMat4, DVec3, Vec3};
 use std::collections::BTreeSet;
 
+/// How a picture becomes numbers; one that is made anew holds them as they are.
+const DECODED: [&str; 3] = ["raw", "gamma", "number"];
+
 /// What a description is while its words change.
 pub(super) struct Plain<'a, 'b> {
     pub d: &'a mut Description,
@@ -181,9 +184,9 @@ impl Plain<'_, '_> {
         let node = self.read.node(id).clone();
         match node.model.value.as_str() {
             "bitmap" => {
-                remove(self.node(id), &["number"]);
-                if remove(self.node(id), &["gamma"]) {
-                    self.approximated(id, "gamma", "sRGB: Mitsuba's pictures have no exponent of their own");
+                let [number, gamma] = ["number", "gamma"].map(|name| remove(self.node(id), &[name]));
+                if gamma || number {
+                    self.decode(id, gamma);
                 }
                 if text(&node, "wrap_mode") == Some("black") {
                     set(self.node(id), "wrap_mode", Value::String("clamp".to_owned()));
@@ -202,13 +205,26 @@ impl Plain<'_, '_> {
         }
     }
 
+    /// A picture with an exponent of its own, or one whose alpha is asked for, as a picture of light.
+    fn decode(&mut self, id: NodeId, gamma: bool) {
+        let Some(pixels) = Pixels::of(self.read, id) else { return };
+        let plain = of_bitmap(self.read, id).and_then(|path| Pixels::read(self.read, path));
+        let raw = flag(self.read.node(id), "raw", false);
+        if gamma || (!raw && plain.is_some_and(|plain| plain.texels != pixels.texels)) {
+            let mut like = self.read.node(id).clone();
+            remove(&mut like, &DECODED);
+            self.become_picture(id, pixels, like);
+            self.approximated(id, "filename", "a picture of its own, of the numbers that it is read as");
+        }
+    }
+
     /// A texture as a picture, or as its mean.
     fn bake(&mut self, id: NodeId) {
         let node = self.read.node(id).clone();
         if let Some((inner, pixels)) = adjusted_picture(self.read, id) {
             // The picture keeps its own way of being laid on.
             let mut bitmap = self.read.node(inner).clone();
-            remove(&mut bitmap, &["raw"]);
+            remove(&mut bitmap, &DECODED);
             self.become_picture(id, pixels, bitmap);
             self.approximated(id, "", "a picture of its own, with scale and inversion worked in");
         } else if let Some(pixels) = baked(self.read, id) {
@@ -237,12 +253,13 @@ impl Plain<'_, '_> {
     pub fn mapped(&mut self, owner: NodeId, value: &Value, f: impl Fn(Vec3) -> Vec3) -> Option<NodeId> {
         let Value::Node(texture) = value else { return None };
         let (pixels, like) = match of_bitmap(self.read, *texture) {
-            Some((path, raw)) => (Pixels::read(self.read, path, raw)?, self.read.node(*texture).clone()),
+            Some(_) => (Pixels::of(self.read, *texture)?, self.read.node(*texture).clone()),
             None => (baked(self.read, *texture)?, Node { params: Vec::new(), ..self.read.node(*texture).clone() }),
         };
         let new = self.add(owner, Kind::Texture, "bitmap", &[]);
         let file = self.beside.add(&format!("texture-{}.exr", new.0), pixels.map(f).exr());
         self.node(new).params = like.params;
+        remove(self.node(new), &DECODED);
         set(self.node(new), "filename", Value::String(file));
         Some(new)
     }
@@ -268,10 +285,9 @@ impl Plain<'_, '_> {
 fn adjusted_picture(d: &Description, id: NodeId) -> Option<(NodeId, Pixels)> {
     let node = d.node(id);
     let inner = nodes_in(node).next().filter(|_| node.model.value == "adjusted")?;
-    let (path, raw) = of_bitmap(d, inner)?;
     let (scale, invert) = (float(node, "scale").unwrap_or(1.0) as f32, flag(node, "invert", false));
     let adjust = |t: Vec3| if invert { (1.0 - t * scale).max(Vec3::ZERO) } else { (t * scale).max(Vec3::ZERO) };
-    Some((inner, Pixels::read(d, path, raw)?.map(adjust)))
+    Some((inner, Pixels::of(d, inner)?.map(adjust)))
 }
 
 /// An id as the name of a file.

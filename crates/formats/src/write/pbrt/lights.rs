@@ -64,7 +64,7 @@ impl Writer<'_, '_> {
                 let file = if text(node, "mapping") == Some("equal_area") {
                     self.beside.refer(self.d, path)
                 } else {
-                    let Some(polar) = Pixels::read(self.d, path, false) else { return };
+                    let Some(polar) = Pixels::read(self.d, path) else { return };
                     self.approximated(id, "filename", "unfolded anew, onto a square");
                     self.picture_file(path, &to_equal_area(&polar))
                 };
@@ -114,8 +114,7 @@ impl Writer<'_, '_> {
     fn projection(&mut self, id: NodeId, list: &mut List) -> Option<()> {
         let node = self.d.node(id);
         let Some(Value::Node(texture)) = get(node, "irradiance") else { return None };
-        let (path, raw) = of_bitmap(self.d, *texture)?;
-        let picture = Pixels::read(self.d, path, raw)?;
+        let (path, picture) = (of_bitmap(self.d, *texture)?, Pixels::of(self.d, *texture)?);
         let (w, h) = (picture.width, picture.height);
         let aspect = w as f64 / h as f64;
         let tan = tan_half_fov(node, aspect);

@@ -223,14 +223,14 @@ impl Writer<'_, '_> {
     /// A file that holds what a texture shows when v grows from the picture's lower edge over the unit square.
     pub(super) fn upright_picture(&mut self, id: NodeId) -> Option<String> {
         let d = self.d;
-        if let Some((path, raw)) = of_bitmap(d, id) {
+        if let Some(path) = of_bitmap(d, id) {
             let m = matrix(d.node(id), "to_uv");
             let turn = DMat4::from_translation(DVec3::Y) * DMat4::from_scale(DVec3::new(1.0, -1.0, 1.0));
             if m == turn {
                 return Some(self.beside.refer(d, path));
             }
             if m == DMat4::IDENTITY {
-                let pixels = Pixels::read(d, path, raw)?;
+                let pixels = Pixels::of(d, id)?;
                 self.approximated(id, "filename", "a copy that is upside down, as pbrt looks at it");
                 return Some(self.picture_file(path, &pixels.turned()));
             }
