@@ -1,7 +1,7 @@
 //! The film: exact sums per pixel, in bands of rows that threads lock one at a time.
 
-use crate::fixed::Fixed;
-use crate::splat::{Splat, Stamps, shares};
+use crate::fixed::{Channels, Fixed};
+use crate::splat::{Splat, Stamps, by_band, shares};
 use crate::sums::{NonFinite, Pixel, Sums};
 use crate::tile::{KernelTable, Tile};
 use etendue_numerics::kernel::Kernel;
@@ -27,7 +27,7 @@ pub struct Film {
     kernel: KernelTable,
     bands: Vec<Mutex<Vec<Pixel>>>,
     /// Bands of splats; empty until the first splat falls there.
-    splats: Vec<Mutex<Vec<[Fixed; 3]>>>,
+    splats: Vec<Mutex<Vec<Channels>>>,
     /// How much of each column's and each row's kernel lies within the film.
     shares: [Vec<f64>; 2],
     started: Mutex<u64>,
@@ -59,7 +59,7 @@ impl Film {
 
     /// Bytes that a film of `size` takes, splats included.
     pub fn bytes(size: [u32; 2]) -> u64 {
-        let pixel = size_of::<Pixel>() + size_of::<[Fixed; 3]>();
+        let pixel = size_of::<Pixel>() + size_of::<Channels>();
         u64::from(size[0]) * u64::from(size[1]) * pixel as u64
     }
 
@@ -114,20 +114,14 @@ impl Film {
                 landed.push(*splat);
             }
         }
-        // From top to bottom, so that each band is locked once.
-        landed.sort_unstable_by(|a, b| a.position.y.total_cmp(&b.position.y));
-        let reach = self.kernel.border() as f32 + 1.0;
-        for (b, band) in self.splats.iter().enumerate() {
+        // Each band is locked once.
+        let (landed, ranges) = by_band(&landed, &self.kernel, width as usize, BAND, self.splats.len());
+        for (b, (band, range)) in self.splats.iter().zip(ranges).enumerate().filter(|(_, (_, range))| !range.is_empty()) {
             let (top, bottom) = ((b * BAND) as i32, ((b + 1) * BAND).min(height as usize) as i32);
-            let first = landed.partition_point(|s| s.position.y < top as f32 - reach);
-            let near = &landed[first..];
-            let near = &near[..near.partition_point(|s| s.position.y < bottom as f32 + reach)];
-            if !near.is_empty() {
-                let mut pixels = lock(band);
-                pixels.resize(width as usize * (bottom - top) as usize, [Fixed::ZERO; 3]);
-                let (kernel, pixels) = (&self.kernel, &mut pixels[..]);
-                wide::widest(Stamps { splats: near, kernel, pixels, width: width as i32, rows: top..bottom });
-            }
+            let mut pixels = lock(band);
+            pixels.resize(width as usize * (bottom - top) as usize, Channels::default());
+            let (kernel, pixels) = (&self.kernel, &mut pixels[..]);
+            wide::widest(Stamps { splats: &landed[range], kernel, pixels, width: width as i32, rows: top..bottom });
         }
     }
 
@@ -162,7 +156,7 @@ impl Film {
             let first = b * BAND * columns.len();
             for (i, (splat, pixel)) in lock(band).iter().zip(picture.iter_mut().skip(first)).enumerate() {
                 let share = columns[i % columns.len()] * rows[b * BAND + i / columns.len()];
-                for (p, s) in pixel.iter_mut().zip(splat) {
+                for (p, s) in pixel.iter_mut().zip(splat.get()) {
                     *p += (s.to_f64() / (started as f64 * share)) as f32;
                 }
             }
@@ -180,7 +174,7 @@ impl Film {
         let mut splats = Vec::new();
         if self.splats.iter().any(|band| !lock(band).is_empty()) {
             for (band, pixels) in self.splats.iter().zip(&self.bands) {
-                splats.extend_from_slice(&lock(band));
+                splats.extend(lock(band).iter().map(Channels::get));
                 splats.resize(splats.len() + lock(pixels).len() - lock(band).len(), [Fixed::ZERO; 3]);
             }
         }
@@ -207,10 +201,8 @@ impl Film {
         for (band, pixels) in self.splats.iter().zip(&self.bands).filter(|_| !sums.splats.is_empty()) {
             let mut splats = lock(band);
             let (these, after) = rest.split_at(lock(pixels).len());
-            splats.resize(these.len(), [Fixed::ZERO; 3]);
-            for (a, b) in splats.iter_mut().flatten().zip(these.iter().flatten()) {
-                *a += *b;
-            }
+            splats.resize(these.len(), Channels::default());
+            splats.iter_mut().zip(these).for_each(|(sum, other)| sum.add(other));
             rest = after;
         }
         self.start_particles(sums.started);

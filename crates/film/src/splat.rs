@@ -8,7 +8,7 @@
 //! its integral: divided by their own sum they lose no energy. At the film's border the sum runs over the pixels that would be there, and the
 //! integral makes up for what never falls beyond: the same mean as Σ k L / Σ k of the samples of pixels has.
 
-use crate::fixed::{Fixed, Term};
+use crate::fixed::{Channels, Terms};
 use crate::tile::KernelTable;
 use etendue_numerics::{Spectrum, Vec2, wide};
 use std::ops::Range;
@@ -30,15 +30,28 @@ const AHEAD: usize = 2;
 /// Pixels that one kernel reaches in a direction at most; wider ones are cut.
 const REACH: usize = 32;
 
+/// The first and the last pixel that the kernel around `q` reaches: pixel j has its centre at j + 1/2, and |j + 1/2 - q| < radius.
+#[inline(always)]
+fn reached(kernel: &KernelTable, q: f32) -> (i32, i32) {
+    if kernel.border() == 0 {
+        return (q.floor() as i32, q.floor() as i32);
+    }
+    let radius = kernel.radius.min(0.5 * REACH as f32 - 1.0);
+    ((q - 0.5 - radius).ceil() as i32, (q - 0.5 + radius).floor() as i32)
+}
+
+/// Pixels of a row whose weights are made together.
+const BLOCK: usize = 4;
+
 /// Weights of the pixels around a position, in one direction.
 struct Weights {
     first: i32,
     count: usize,
-    w: [f32; REACH],
+    w: [f32; REACH + BLOCK],
 }
 
 impl Weights {
-    const NONE: Self = Self { first: 0, count: 0, w: [0.0; REACH] };
+    const NONE: Self = Self { first: 0, count: 0, w: [0.0; REACH + BLOCK] };
 
     /// Becomes w_j around `q`, summing to 1.
     #[inline(always)]
@@ -47,32 +60,46 @@ impl Weights {
         if kernel.border() == 0 {
             return;
         }
-        // Pixel j has its centre at j + 1/2; those with |j + 1/2 - q| < radius are reached.
-        let radius = kernel.radius.min(0.5 * REACH as f32 - 1.0);
-        let first = (q - 0.5 - radius).ceil() as i32;
-        let last = (q - 0.5 + radius).floor() as i32;
+        let (first, last) = reached(kernel, q);
         let count = (last - first + 1).clamp(1, REACH as i32) as usize;
         let mut total = 0.0;
-        for (j, w) in self.w[..count].iter_mut().enumerate() {
-            *w = kernel.eval((first + j as i32) as f32 + 0.5 - q);
-            total += *w;
+        for j in 0..count {
+            self.w[j] = kernel.eval((first + j as i32) as f32 + 0.5 - q);
+            total += self.w[j];
         }
         if total > 0.0 {
-            self.w[..count].iter_mut().for_each(|w| *w /= total);
+            for j in 0..count {
+                self.w[j] /= total;
+            }
             (self.first, self.count) = (first, count);
         } else {
             self.w[0] = 1.0;
         }
     }
 
-    /// The pixels within a range, and their weights.
+    /// The pixels within a range.
     #[inline(always)]
-    fn within(&self, range: &Range<i32>) -> (Range<i32>, &[f32]) {
-        let (start, end) = (self.first.max(range.start), (self.first + self.count as i32).min(range.end));
-        if start >= end {
-            return (start..start, &[]);
+    fn within(&self, start: i32, end: i32) -> Range<i32> {
+        let start = self.first.max(start);
+        start..(self.first + self.count as i32).min(end).max(start)
+    }
+
+    /// w_j, of one of the pixels reached.
+    #[inline(always)]
+    fn at(&self, j: i32) -> f32 {
+        self.w[(j - self.first) as usize]
+    }
+
+    /// w_j of some pixels from j on, each times `scale` and rounded; what lies beyond those reached is anything.
+    #[inline(always)]
+    fn block(&self, j: i32, scale: f32) -> [i32; BLOCK] {
+        let first = (j - self.first) as usize;
+        let mut rounded = [0; BLOCK];
+        for k in 0..BLOCK {
+            let weight = self.w[first + k] * scale;
+            rounded[k] = (weight + 0.5f32.copysign(weight)) as i32;
         }
-        (start..end, &self.w[(start - self.first) as usize..(end - self.first) as usize])
+        rounded
     }
 }
 
@@ -90,9 +117,8 @@ pub(crate) fn shares(kernel: &KernelTable, count: usize) -> Vec<f64> {
     for pixel in (0..count).filter(|j| *j < 2 * reach || j + 2 * reach >= count) {
         for i in 0..POINTS {
             weights.set(kernel, pixel as f32 + (i as f32 + 0.5) / POINTS as f32);
-            let (columns, of_columns) = weights.within(&(0..count as i32));
-            for (j, w) in columns.zip(of_columns).filter(|(j, _)| near_border(*j as usize)) {
-                shares[j as usize] += f64::from(*w) / POINTS as f64;
+            for j in weights.within(0, count as i32).filter(|j| near_border(*j as usize)) {
+                shares[j as usize] += f64::from(weights.at(j)) / POINTS as f64;
             }
         }
     }
@@ -101,11 +127,46 @@ pub(crate) fn shares(kernel: &KernelTable, count: usize) -> Vec<f64> {
     shares
 }
 
+/// A splat without its number.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Landed {
+    position: [f32; 2],
+    value: [f32; 3],
+}
+
+/// Columns of a piece of a band, whose sums a core's caches hold.
+const PIECE: usize = 64;
+
+/// Splats in order of the bands of `rows` rows that they reach, within a band from piece to piece: those of band b stand in the b-th range. Who reaches
+/// two bands stands in both.
+pub(crate) fn by_band(splats: &[Splat], kernel: &KernelTable, width: usize, rows: usize, bands: usize) -> (Vec<Landed>, Vec<Range<usize>>) {
+    let (pieces, border) = (width.div_ceil(PIECE), kernel.border() as usize);
+    let touched = |s: &Splat| {
+        let [x, y] = [s.position.x as usize, s.position.y as usize];
+        let (first, last) = (y.saturating_sub(border) / rows, ((y + border) / rows).min(bands - 1));
+        (first..=last).map(move |band| band * pieces + x / PIECE)
+    };
+    let mut ends = vec![0; bands * pieces + 1];
+    splats.iter().flat_map(touched).for_each(|i| ends[i + 1] += 1);
+    for i in 1..ends.len() {
+        ends[i] += ends[i - 1];
+    }
+    let bands = ends.iter().step_by(pieces).zip(ends.iter().skip(pieces).step_by(pieces)).map(|(start, end)| *start..*end).collect();
+    let mut sorted = vec![Landed::default(); ends[ends.len() - 1]];
+    for splat in splats {
+        for i in touched(splat) {
+            sorted[ends[i]] = Landed { position: splat.position.into(), value: splat.value.to_rgb() };
+            ends[i] += 1;
+        }
+    }
+    (sorted, bands)
+}
+
 /// Adds splats to the pixels of some rows.
 pub(crate) struct Stamps<'a> {
-    pub splats: &'a [Splat],
+    pub splats: &'a [Landed],
     pub kernel: &'a KernelTable,
-    pub pixels: &'a mut [[Fixed; 3]],
+    pub pixels: &'a mut [Channels],
     pub width: i32,
     pub rows: Range<i32>,
 }
@@ -116,23 +177,26 @@ impl wide::Job for Stamps<'_> {
     #[inline(always)]
     fn run(self) {
         let [mut x, mut y] = [Weights::NONE; 2];
-        for (i, splat) in self.splats.iter().enumerate() {
+        for i in 0..self.splats.len() {
             if let Some(next) = self.splats.get(i + AHEAD) {
                 self.fetch(next);
             }
-            x.set(self.kernel, splat.position.x);
-            y.set(self.kernel, splat.position.y);
-            let [r, g, b] = splat.value.to_rgb().map(Term::new);
-            let ((columns, of_columns), (lines, of_lines)) = (x.within(&(0..self.width)), y.within(&self.rows));
-            for (line, row) in lines.zip(of_lines) {
+            let splat = &self.splats[i];
+            x.set(self.kernel, splat.position[0]);
+            y.set(self.kernel, splat.position[1]);
+            let terms = Terms::new(splat.value);
+            let (columns, lines) = (x.within(0, self.width), y.within(self.rows.start, self.rows.end));
+            for line in lines.start..lines.end {
+                let row = y.at(line) * (1 << Terms::WEIGHT_BITS) as f32;
                 let first = (line - self.rows.start) * self.width;
                 let pixels = &mut self.pixels[(first + columns.start) as usize..(first + columns.end) as usize];
-                for ([to_r, to_g, to_b], column) in pixels.iter_mut().zip(of_columns) {
-                    let weight = row * column * (1 << Term::WEIGHT_BITS) as f32;
-                    let weight = (weight + 0.5f32.copysign(weight)) as i32;
-                    r.add_to(to_r, weight);
-                    g.add_to(to_g, weight);
-                    b.add_to(to_b, weight);
+                let mut column = columns.start;
+                for some in pixels.chunks_mut(BLOCK) {
+                    let weights = x.block(column, row);
+                    for j in 0..some.len() {
+                        terms.add_to(&mut some[j], weights[j]);
+                    }
+                    column += BLOCK as i32;
                 }
             }
         }
@@ -142,10 +206,13 @@ impl wide::Job for Stamps<'_> {
 impl Stamps<'_> {
     /// Asks for the memory of a splat's pixels: splats fall anywhere, and each would be waited for.
     #[inline(always)]
-    fn fetch(&self, splat: &Splat) {
-        let (x, y, border) = (splat.position.x as i32, splat.position.y as i32, self.kernel.border());
-        let columns = (x - border).max(0)..(x + border + 1).min(self.width);
-        for line in (y - border).max(self.rows.start)..(y + border + 1).min(self.rows.end) {
+    fn fetch(&self, splat: &Landed) {
+        let of = |q: f32, within: &Range<i32>| {
+            let (first, last) = reached(self.kernel, q);
+            first.max(within.start)..(last + 1).min(within.end)
+        };
+        let columns = of(splat.position[0], &(0..self.width));
+        for line in of(splat.position[1], &self.rows) {
             let first = (line - self.rows.start) * self.width;
             self.pixels[(first + columns.start) as usize..(first + columns.end) as usize].iter().for_each(wide::fetch);
         }

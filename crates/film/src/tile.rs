@@ -14,6 +14,10 @@ const TABLE: usize = 256;
 pub(crate) struct KernelTable {
     pub(crate) radius: f32,
     is_box: bool,
+    /// Pixels beyond a sample's own that it may reach.
+    border: i32,
+    /// Entries per pixel.
+    density: f32,
     values: Vec<f32>,
 }
 
@@ -22,23 +26,25 @@ impl KernelTable {
         let radius = kernel.radius();
         let at = |i: usize| kernel.eval(radius * (i as f32 / TABLE as f32).min(1.0));
         let is_box = matches!(kernel, Kernel::Box { radius } if *radius == 0.5);
-        Self { radius, is_box, values: (0..TABLE + 2).map(at).collect() }
+        let border = if is_box { 0 } else { (radius - 0.5).ceil().max(0.0) as i32 };
+        Self { radius, is_box, border, density: TABLE as f32 / radius, values: (0..TABLE + 2).map(at).collect() }
     }
 
     #[inline]
     pub(crate) fn eval(&self, x: f32) -> f32 {
-        let s = x.abs() * (TABLE as f32 / self.radius);
-        let i = s as usize;
-        if i >= TABLE {
+        let s = x.abs() * self.density;
+        if s >= TABLE as f32 {
             return 0.0;
         }
+        let i = s as i32 as usize;
         let t = s - i as f32;
         self.values[i] * (1.0 - t) + self.values[i + 1] * t
     }
 
     /// Pixels beyond a sample's own that its kernel may reach.
+    #[inline]
     pub(crate) fn border(&self) -> i32 {
-        if self.is_box { 0 } else { (self.radius - 0.5).ceil().max(0.0) as i32 }
+        self.border
     }
 }
 

@@ -49,8 +49,8 @@ pub struct Integrator {
     pub solver: String,
     /// Edges between eye and light at most; `None` is unbounded. 1 shows emitters only.
     pub max_depth: Option<u32>,
-    /// Depth from which paths are ended by Russian roulette.
-    pub rr_depth: u32,
+    /// Depth from which paths are ended by Russian roulette; `None` leaves it to the solver.
+    pub rr_depth: Option<u32>,
     /// Emitters are not seen directly by the camera.
     pub hide_emitters: bool,
     /// Passing a null or mask surface counts as an edge.
@@ -68,7 +68,7 @@ impl Default for Integrator {
         Self {
             solver: "path-mis".to_owned(),
             max_depth: None,
-            rr_depth: 5,
+            rr_depth: None,
             hide_emitters: false,
             null_counts: true,
             emitter_samples: 1,

@@ -169,10 +169,12 @@ fn integrators_become_solvers() {
         d.scene().integrator
     };
     let path = of("path", &[("max_depth", integer(4)), ("rr_depth", integer(7)), ("hide_emitters", Value::Bool(true))]);
-    assert_eq!((path.solver.as_str(), path.max_depth, path.rr_depth, path.hide_emitters), ("path-mis", Some(4), 7, true));
+    assert_eq!((path.solver.as_str(), path.max_depth, path.rr_depth, path.hide_emitters), ("path-mis", Some(4), Some(7), true));
     assert!(path.null_counts);
     let volpath = of("volpath", &[]);
     assert_eq!((volpath.solver.as_str(), volpath.max_depth, volpath.null_counts), ("path-mis", None, false));
+    // Who asks for the usual number asks nevertheless.
+    assert_eq!((volpath.rr_depth, of("path", &[("rr_depth", integer(5))]).rr_depth), (None, Some(5)));
     for (model, solver) in
         [("volpathmis", "path-mis"), ("prb", "path-mis"), ("prbvolpath", "path-mis"), ("ptracer", "light-nee"), ("depth", "aov")]
     {

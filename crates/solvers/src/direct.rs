@@ -46,7 +46,7 @@ impl PixelSolver for Direct {
     fn radiance(&self, c: &Context<'_>, mut eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum {
         let (n_l, n_b) = (self.emitter_samples as f32, self.bsdf_samples as f32);
         // Walks of one vertex need no roulette.
-        let rules = PathRules { max_edges: c.rules.max_edges.min(2), rr_depth: u32::MAX, null_counts: true, ..c.rules };
+        let rules = PathRules { max_edges: c.rules.max_edges.min(2), rr_depth: Some(u32::MAX), null_counts: true, ..c.rules };
         let c = &Context { rules, ..*c };
         *rays += 1;
         let x = c.scene.intersect(&eye.ray).map(|hit| c.scene.interaction(&eye.ray, &hit));

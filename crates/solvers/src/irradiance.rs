@@ -48,7 +48,7 @@ pub fn irradiance(scene: &Scene, meters: &[Meter], from: Reflected<'_>, samples:
 }
 
 fn one(scene: &Scene, meter: &Meter, from: Reflected<'_>, samples: u32, seed: u64, stream: u64) -> [f64; 3] {
-    let rules = PathRules { min_edges: 2, rr_depth: 5, ..PathRules::default() };
+    let rules = PathRules { min_edges: 2, ..PathRules::default() };
     let c = Context { scene, rules };
     let frame = Frame::from_normal(meter.n);
     let mut sum = [0.0; 3];

@@ -182,7 +182,7 @@ fn one_by_one_is_all_at_once() {
     for (name, scene) in all_scenes() {
         for null_counts in [true, false] {
             let (mut paths, mut count) = (Paths::default(), 0);
-            let rules = PathRules { max_edges: 5, rr_depth: u32::MAX, null_counts, ..PathRules::default() };
+            let rules = PathRules { max_edges: 5, rr_depth: Some(u32::MAX), null_counts, ..PathRules::default() };
             with_run(rules, 1, |run| {
                 let all = Bidirectional::default().strategies(&scene, run);
                 let film = &scene.views[0].film;

@@ -38,7 +38,7 @@ fn path_is_exact_without_roulette() {
     for a in ALBEDOS {
         let scene = furnace_scene([a; 3]);
         for n in 0..=6 {
-            let job = samples(4).with(PathRules { max_edges: n + 1, rr_depth: u32::MAX, ..PathRules::default() });
+            let job = samples(4).with(PathRules { max_edges: n + 1, rr_depth: Some(u32::MAX), ..PathRules::default() });
             for pixel in picture(&scene, &Path, job).iter().flatten() {
                 let want = neumann(f64::from(a), Some(n));
                 assert!((f64::from(*pixel) / want - 1.0).abs() < 2e-6, "albedo {a}, {n} bounces: {pixel} instead of {want}");

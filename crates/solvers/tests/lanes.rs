@@ -84,7 +84,7 @@ fn a_lone_lamp_over_walls_glass_and_gold() {
     must_be_equal(
         "early roulette",
         &mut scene,
-        PathRules { rr_depth: 1, max_edges: 4, hide_emitters: true, ..PathRules::default() },
+        PathRules { rr_depth: Some(1), max_edges: 4, hide_emitters: true, ..PathRules::default() },
     );
     must_be_equal("direct light", &mut scene, PathRules { max_edges: 2, ..PathRules::default() });
 }
@@ -203,7 +203,7 @@ fn bidirectional_paths_of_many_samples_at_once() {
             <bsdf type="diffuse"/></shape>"#;
     let second = r#"<shape type="sphere"><point name="center" value="0.5, -0.7, 0.2"/><float name="radius" value="0.1"/>
             <bsdf type="diffuse"/><emitter type="area"><rgb name="radiance" value="1, 1, 9"/></emitter></shape>"#;
-    let short = PathRules { rr_depth: 1, max_edges: 4, ..PathRules::default() };
+    let short = PathRules { rr_depth: Some(1), max_edges: 4, ..PathRules::default() };
     for (lights, name) in [(LAMP.to_owned(), "a lamp"), (format!("{LAMP}{second}"), "two lamps")] {
         for camera in [pinhole.clone(), pinhole.replace(r#""perspective">"#, lens)] {
             let walls = format!(r#"<shape type="cube"><boolean name="flip_normals" value="true"/>{}</shape>"#, diffuse(0.7));

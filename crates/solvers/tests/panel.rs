@@ -34,7 +34,7 @@ fn room() -> Scene {
     ))
 }
 
-const RULES: PathRules = PathRules { min_edges: 1, max_edges: 5, rr_depth: 3, hide_emitters: false, null_counts: true };
+const RULES: PathRules = PathRules { min_edges: 1, max_edges: 5, rr_depth: Some(3), hide_emitters: false, null_counts: true };
 
 faults! {
     /// Sampled light is 5 % too bright: a density that is slightly off.
@@ -68,7 +68,7 @@ impl PathSolver for Faulty {
             OneBounceTooMany => c.rules.max_edges += 1,
             BounceLosesEnergy if state.edges > 1 => state.beta.divide(1.0 / 0.97),
             // Before roulette divides by q, multiply by it: what it does to a throughput that is not paid.
-            RouletteUnpaid if state.vertex > c.rules.rr_depth => state.beta.divide(1.0 / 0.8),
+            RouletteUnpaid if state.vertex > c.rules.rr_depth() => state.beta.divide(1.0 / 0.8),
             _ => (),
         }
         let before = state.l;

@@ -43,7 +43,7 @@ fn rays_stay_within_small_far_and_flat_furnaces() {
             diffuse(0.5),
             area("1")
         ));
-        let rules = PathRules { max_edges: 8, rr_depth: u32::MAX, ..PathRules::default() };
+        let rules = PathRules { max_edges: 8, rr_depth: Some(u32::MAX), ..PathRules::default() };
         let mean = picture(&scene, &Path, samples(256).with(rules)).iter().map(|p| f64::from(p[0])).sum::<f64>() / 64.0;
         let want = neumann(0.5, Some(7));
         // (Some rays end in an edge or a corner of the box, where rounding may let them through: one in 10⁴ at most.)
@@ -239,7 +239,7 @@ fn numbers_at_the_ends_of_their_range() {
     for (name, scene) in all_scenes() {
         let film = &scene.views[0].film;
         let [corner, size] = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
-        let rules = PathRules { max_edges: 5, rr_depth: u32::MAX, ..PathRules::default() };
+        let rules = PathRules { max_edges: 5, rr_depth: Some(u32::MAX), ..PathRules::default() };
         let all = Bidirectional::default().strategies_of(&scene, 0, rules);
         let (mut paths, mut found) = (Paths::default(), 0);
         for i in 0..243u32 {

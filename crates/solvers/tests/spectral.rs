@@ -30,7 +30,7 @@ fn spectral(scene: Scene) -> Scene {
 fn the_white_furnace_is_white_at_every_wavelength() {
     let scene = spectral(furnace_scene([1.0; 3]));
     let of = |edges| {
-        let rules = PathRules { max_edges: edges, rr_depth: u32::MAX, ..PathRules::default() };
+        let rules = PathRules { max_edges: edges, rr_depth: Some(u32::MAX), ..PathRules::default() };
         picture(&scene, &Path, samples(1).with(rules))
     };
     let emitted = of(1);

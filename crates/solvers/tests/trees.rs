@@ -98,7 +98,7 @@ fn a_box_of_mirrors() {
     let r = [0.9f32, 0.5, 0.25].map(f64::from);
     for n in 0..=7 {
         let want = r.map(|r| neumann(r, Some(n)));
-        let job = samples(1).with(PathRules { max_edges: n + 1, rr_depth: u32::MAX, ..PathRules::default() });
+        let job = samples(1).with(PathRules { max_edges: n + 1, rr_depth: Some(u32::MAX), ..PathRules::default() });
         exact("whitted", &scene, &WHITTED, job, want);
         exact("distribution", &scene, &ORIGINAL, job, want);
     }

@@ -105,10 +105,12 @@ impl<'a> Compiler<'a> {
     /// The parameters that path tracers share. `null_counts`: whether passing a null or mask surface makes a path longer; in pbrt it never does.
     fn path(&mut self, params: &mut Params<'a>, solver: &str, null_counts: bool) -> Integrator {
         let max_depth = params.integer(self.diagnostics, "max_depth", -1, -1..=i64::from(u32::MAX));
+        let asks = params.has("rr_depth");
+        let rr_depth = params.integer(self.diagnostics, "rr_depth", 5, 1..=i64::from(u32::MAX)) as u32;
         Integrator {
             solver: solver.to_owned(),
             max_depth: u32::try_from(max_depth).ok(),
-            rr_depth: params.integer(self.diagnostics, "rr_depth", 5, 1..=i64::from(u32::MAX)) as u32,
+            rr_depth: asks.then_some(rr_depth),
             hide_emitters: params.bool(self.diagnostics, "hide_emitters", false),
             null_counts: null_counts && self.description.dialect == Dialect::Mitsuba,
             ..Integrator::default()

@@ -60,6 +60,9 @@ use std::sync::atomic::Ordering;
 use walk::{End, Walk};
 use worth::Worth;
 
+/// Tiles of a group.
+const GROUP: usize = 16;
+
 /// The solver `bidirectional`.
 #[derive(Clone, Copy, Debug)]
 pub struct Bidirectional {
@@ -112,7 +115,7 @@ impl Bidirectional {
         let heuristic = if self.exponent == 1 { Heuristic::Balance } else { Heuristic::Power };
         let worth = Worth::all(view);
         Strategies {
-            c: Context { scene, rules },
+            c: Context { scene, rules }.eager(),
             sides: Sides::new(scene),
             view,
             eye: Eye::new(view),
@@ -216,21 +219,28 @@ impl Solver for Bidirectional {
         let strategies = Strategies { worth: *worth, ..self.strategies(scene, run) };
         let plan = SamplePlan::new(run, k);
         let tiling = Tiling::coarse(work.film.shape().size);
-        (0..work.units.len()).into_par_iter().for_each_init(
+        // Tiles are taken in groups, unless there are too few of them to go round: the more splats are added at once, the nearer they fall to each other.
+        let units = work.units.len();
+        let group = (units / (4 * rayon::current_num_threads())).clamp(1, GROUP);
+        (0..units.div_ceil(group)).into_par_iter().for_each_init(
             || (work.film.tile(), Paths::default(), None, Vec::new()),
-            |(tile, paths, pairs, splats), unit| {
-                if work.units.is_done(unit) || (work.stop_now)() {
-                    return;
+            |(tile, paths, pairs, splats), index| {
+                                splats.clear();
+                let mut count = 0;
+                let units: Vec<usize> = (index * group..units.min((index + 1) * group)).filter(|unit| !work.units.is_done(*unit)).collect();
+                if (work.stop_now)() { return; }
+                for unit in &units {
+                    let (low, high) = tiling.rectangle(*unit);
+                    fill(&strategies, run, &plan, tile, low, high, paths, pairs, splats, work);
+                    work.film.add_tile(tile);
+                    count += u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
                 }
-                let (low, high) = tiling.rectangle(unit);
-                splats.clear();
-                fill(&strategies, run, &plan, tile, low, high, paths, pairs, splats, work);
-                let count = u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
-                work.film.add_tile(tile);
                 work.film.add_splats(splats);
                 work.film.start_particles(count);
-                work.units.done(unit);
+                for unit in &units {
+                    work.units.done(*unit);
                 work.progress.tiles.fetch_add(1, Ordering::Relaxed);
+                }
                 work.progress.rays.fetch_add(std::mem::take(&mut paths.rays), Ordering::Relaxed);
                 work.progress.paths.fetch_add(2 * count, Ordering::Relaxed);
             },

@@ -78,7 +78,7 @@ impl Walk<'_> {
             End::Light => (light_slot::LOBE, light_slot::BSDF),
         };
         // Not drawn where nobody looks.
-        let asked = v.vertex.bsdf.has_choice() || self.state.vertex >= self.c.rules.rr_depth;
+        let asked = v.vertex.bsdf.has_choice() || self.state.vertex >= self.c.rules.rr_depth();
         let u_lobe = if asked { u.u2(self.state.dim(lobe)) } else { Vec2::ZERO };
         let u_point = u.u2(self.state.dim(point));
         let sample = match self.end {
@@ -90,7 +90,9 @@ impl Walk<'_> {
             self.parent = Some(place);
             self.count += 1;
         }
-        self.state.turn(&self.c.rules, &v.vertex, sample, u_lobe.y)
+        let goes_on = self.state.turn(&self.c.rules, &v.vertex, sample, u_lobe.y);
+        self.state.relate();
+        goes_on
     }
 
     /// The walk leaves `v` along a sampled direction.

@@ -128,7 +128,7 @@ fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertice
     wide::widest(Connect { vertices: v, heuristic: solver.heuristic });
 
     // The next direction.
-    let roulette = vertex >= c.rules.rr_depth;
+    let roulette = vertex >= c.rules.rr_depth();
     draw(&v.samplers, Dim::at(vertex, slot::BSDF), &mut v.u_bsdf);
     if roulette {
         draw(&v.samplers, Dim::at(vertex, slot::LOBE), &mut v.u_lobe);

@@ -127,7 +127,7 @@ impl Metropolis {
 
     /// The rules for what chains look for; `None` where nothing is left to them.
     fn chained(&self, rules: PathRules) -> Option<PathRules> {
-        let rules = PathRules { min_edges: rules.min_edges.max(self.direct + 1), rr_depth: u32::MAX, ..rules };
+        let rules = PathRules { min_edges: rules.min_edges.max(self.direct + 1), rr_depth: Some(u32::MAX), ..rules };
         (rules.min_edges <= rules.max_edges).then_some(rules)
     }
 

@@ -205,7 +205,7 @@ impl Particle {
     /// Roulette: q = min(Φ_k / Φ_0, 0.95) in the brightest channel. Importance is not compressed by refraction: no η² here.
     fn survives(&mut self, rules: &PathRules, u: f32) -> bool {
         const MOST: f32 = 0.95;
-        if self.vertex < rules.rr_depth {
+        if self.vertex < rules.rr_depth() {
             return true;
         }
         let q = (self.carried().max_lane() / self.flux.max_lane()).min(MOST);

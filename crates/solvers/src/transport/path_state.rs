@@ -182,7 +182,7 @@ impl PathState {
     /// The numbers that choose among the lobes (x) and between life and death (y); not drawn where nobody looks at them.
     #[inline]
     pub fn choices(&self, rules: &PathRules, vertex: &Vertex, u: &Sampler) -> Vec2 {
-        let asked = vertex.bsdf.has_choice() || self.vertex >= rules.rr_depth;
+        let asked = vertex.bsdf.has_choice() || self.vertex >= rules.rr_depth();
         if asked { u.u2(self.dim(slot::LOBE)) } else { Vec2::ZERO }
     }
 

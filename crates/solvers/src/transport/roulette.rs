@@ -14,17 +14,17 @@ use super::{Context, PathRules, PathState};
 const MOST: f32 = 0.95;
 
 /// κ: how much brighter what a walk goes on to may be than what it has left. By measurement: 1 ends too many, from 2 on rays cost more than they bring.
-const HOPE: f32 = 1.5;
+pub(crate) const HOPE: f32 = 1.5;
 
 /// The first vertex at which roulette of the second kind is played, where nobody asks for another.
 const EARLY: u32 = 2;
 
 impl Context<'_> {
-    /// The same with roulette from the second vertex on, unless the rules ask for a beginning other than the usual one.
+    /// The same with roulette from the second vertex on, unless the rules ask for another beginning.
     #[inline]
     pub(crate) fn eager(&self) -> Self {
-        let rr_depth = if self.rules.rr_depth == PathRules::RR_DEPTH { EARLY } else { self.rules.rr_depth };
-        Self { rules: PathRules { rr_depth, ..self.rules }, ..*self }
+        let rr_depth = self.rules.rr_depth_or(EARLY);
+        Self { rules: PathRules { rr_depth: Some(rr_depth), ..self.rules }, ..*self }
     }
 }
 
@@ -43,7 +43,7 @@ impl PathState {
 /// η² undoes the compression of radiance within refracting media, which is no loss.
 #[inline]
 pub fn roulette(rules: &PathRules, state: &mut PathState, u: f32) -> bool {
-    if state.vertex < rules.rr_depth {
+    if state.vertex < rules.rr_depth() {
         return true;
     }
     let q = roulette_survival(state.beta.max_lane(), state.roulette_scale);

@@ -9,8 +9,8 @@ pub struct PathRules {
     pub min_edges: u32,
     /// Paths with more edges do not count; `u32::MAX` is unbounded.
     pub max_edges: u32,
-    /// Vertices before Russian roulette may end a walk; where it is [`PathRules::RR_DEPTH`], `path-mis` begins earlier.
-    pub rr_depth: u32,
+    /// The first vertex at which Russian roulette may end a walk; each solver has its own where nobody asks ([`PathRules::rr_depth_or`]).
+    pub rr_depth: Option<u32>,
     /// Emitters seen directly by the camera do not count.
     pub hide_emitters: bool,
     /// Passing straight through a null or mask surface counts as an edge.
@@ -19,14 +19,11 @@ pub struct PathRules {
 
 impl Default for PathRules {
     fn default() -> Self {
-        Self { min_edges: 1, max_edges: u32::MAX, rr_depth: Self::RR_DEPTH, hide_emitters: false, null_counts: true }
+        Self { min_edges: 1, max_edges: u32::MAX, rr_depth: None, hide_emitters: false, null_counts: true }
     }
 }
 
 impl PathRules {
-    /// Where roulette begins unless a scene file tells.
-    pub const RR_DEPTH: u32 = 5;
-
     /// The rules that a scene file asks for.
     pub fn of(integrator: &Integrator) -> Self {
         Self {
@@ -36,6 +33,18 @@ impl PathRules {
             hide_emitters: integrator.hide_emitters,
             null_counts: integrator.null_counts,
         }
+    }
+
+    /// Where roulette begins, and where it does if nobody asks.
+    #[inline]
+    pub fn rr_depth_or(&self, usual: u32) -> u32 {
+        self.rr_depth.unwrap_or(usual)
+    }
+
+    /// Where roulette begins in most solvers.
+    #[inline]
+    pub fn rr_depth(&self) -> u32 {
+        self.rr_depth_or(5)
     }
 
     /// The same rules for light of exactly `bounces` bounces (0 = emitters).

@@ -40,6 +40,6 @@ impl PathRules {
     /// The same rules for a tree. From vertex `rr_depth` (or 8) on, a branch survives with the share of the picture that it carries: as those
     /// of one vertex sum to one at most, a tree then grows no more, and its mean stays.
     pub fn of_tree(self) -> Self {
-        Self { rr_depth: self.rr_depth.min(MOST_LEVELS), ..self }
+        Self { rr_depth: Some(self.rr_depth().min(MOST_LEVELS)), ..self }
     }
 }

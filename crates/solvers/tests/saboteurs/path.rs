@@ -111,7 +111,7 @@ impl Saboteur {
             state.pdf = s.pdf;
             state.from = vertex.light_reference();
         }
-        let survives = if state.vertex < c.rules.rr_depth {
+        let survives = if state.vertex < c.rules.rr_depth() {
             true
         } else {
             let q = (state.beta.max_lane() * state.roulette_scale).min(0.95);

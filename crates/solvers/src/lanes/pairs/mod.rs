@@ -13,7 +13,7 @@ mod join;
 mod stage;
 
 use super::place::Place;
-use super::turn::Turn;
+use super::turn::{Turn, relate};
 use super::vertices::{Colours, LANES, Lane3, Vertices};
 use super::{draw, reflectance};
 use crate::bidirectional::light_path::{Origin, emitting_point};
@@ -133,7 +133,6 @@ impl Pairs {
     }
 
     fn trace_by<const SQUARE: bool>(&mut self, plain: &Plain<'_>, eyes: &[PathState], samplers: &[Sampler], rays: &mut u64) {
-        self.v.roulette_scale = [1.0; LANES];
         self.splats.clear();
         self.l.clear();
         self.l.resize(samplers.len(), Spectrum::ZERO);
@@ -144,6 +143,7 @@ impl Pairs {
     /// The walks from the lights; their vertices stay in `lights`.
     fn walk_from_lights<const SQUARE: bool>(&mut self, plain: &Plain<'_>, samplers: &[Sampler], rays: &mut u64) {
         let (all, scene, rules) = (plain.all, plain.all.c.scene, &plain.all.c.rules);
+        self.v.roulette_scale = [1.0; LANES];
         self.origins.clear();
         self.rays.clear();
         self.going.clear();
@@ -190,7 +190,7 @@ impl Pairs {
             }
 
             // The next direction.
-            let roulette = edges >= rules.rr_depth;
+            let roulette = edges >= rules.rr_depth();
             draw(samplers, Dim::at(edges, light_slot::BSDF), &mut self.v.u_bsdf);
             if roulette {
                 draw(samplers, Dim::at(edges, light_slot::LOBE), &mut self.v.u_lobe);
@@ -198,6 +198,9 @@ impl Pairs {
             *self.carried = self.v.beta;
             wide::widest(Turn { vertices: &mut self.v, roulette: false });
             wide::widest(TurnToEye { v: &mut self.v, stage: z, carried: &self.carried, roulette });
+            if edges == 1 {
+                relate(&mut self.v);
+            }
             self.leave::<SQUARE>(z);
             self.kept += 1;
         }
@@ -208,6 +211,7 @@ impl Pairs {
     /// The walks from the eye.
     fn walk_from_eye<const SQUARE: bool>(&mut self, plain: &Plain<'_>, eyes: &[PathState], samplers: &[Sampler], rays: &mut u64) {
         let (all, scene, rules) = (plain.all, plain.all.c.scene, &plain.all.c.rules);
+        self.v.roulette_scale = [1.0; LANES];
         self.rays.clear();
         self.going.clear();
         for (i, eye) in eyes.iter().enumerate() {
@@ -250,12 +254,15 @@ impl Pairs {
             self.connect(scene, rays);
 
             // The next direction.
-            let roulette = edges >= rules.rr_depth;
+            let roulette = edges >= rules.rr_depth();
             draw(samplers, Dim::at(edges, slot::BSDF), &mut self.v.u_bsdf);
             if roulette {
                 draw(samplers, Dim::at(edges, slot::LOBE), &mut self.v.u_lobe);
             }
             wide::widest(Turn { vertices: &mut self.v, roulette });
+            if edges == 1 {
+                relate(&mut self.v);
+            }
             self.leave::<SQUARE>(y);
         }
         (self.lights, self.eye) = (lights, Some(eye));
