@@ -139,7 +139,13 @@ const PIECE: usize = 64;
 
 /// Splats in order of the bands of `rows` rows that they reach, within a band from piece to piece: those of band b stand in the b-th range. Who reaches
 /// two bands stands in both.
-pub(crate) fn by_band(splats: &[Splat], kernel: &KernelTable, width: usize, rows: usize, bands: usize) -> (Vec<Landed>, Vec<Range<usize>>) {
+pub(crate) fn by_band(
+    splats: &[Splat],
+    kernel: &KernelTable,
+    width: usize,
+    rows: usize,
+    bands: usize,
+) -> (Vec<Landed>, Vec<Range<usize>>) {
     let (pieces, border) = (width.div_ceil(PIECE), kernel.border() as usize);
     let touched = |s: &Splat| {
         let [x, y] = [s.position.x as usize, s.position.y as usize];
@@ -151,7 +157,8 @@ pub(crate) fn by_band(splats: &[Splat], kernel: &KernelTable, width: usize, rows
     for i in 1..ends.len() {
         ends[i] += ends[i - 1];
     }
-    let bands = ends.iter().step_by(pieces).zip(ends.iter().skip(pieces).step_by(pieces)).map(|(start, end)| *start..*end).collect();
+    let bands =
+        ends.iter().step_by(pieces).zip(ends.iter().skip(pieces).step_by(pieces)).map(|(start, end)| *start..*end).collect();
     let mut sorted = vec![Landed::default(); ends[ends.len() - 1]];
     for splat in splats {
         for i in touched(splat) {

@@ -2,16 +2,16 @@
 
 mod common;
 
+use common::bidirectional::one_by_one;
 use common::*;
 use etendue_accel::Hit;
-use etendue_film::Splat;
-use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths};
+use etendue_numerics::{Sampler, Spectrum};
 use etendue_scene::Scene;
-use etendue_solvers::bidirectional::{Bidirectional, Paths, Strategies, worth::Worth};
+use etendue_solvers::bidirectional::{Bidirectional, Strategies, worth::Worth};
 use etendue_solvers::drivers::PixelSolver;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::solver::{CannotGoOn, Needs};
-use etendue_solvers::transport::{Context, Heuristic, PathSolver, PathState, Step, slot, trace};
+use etendue_solvers::transport::{Context, Heuristic, PathSolver, PathState, Step, trace};
 use etendue_solvers::{PathRules, Run, Solver, Stop, Work};
 
 /// path-mis, one walk after the other.
@@ -166,25 +166,7 @@ impl Solver for SampleBySample {
 
     fn pass(&self, scene: &Scene, run: &Run<'_>, worth: &mut Worth, k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
         let all = Strategies { worth: *worth, ..self.0.strategies(scene, run) };
-        let [width, height] = work.film.shape().size;
-        let (mut tile, mut splats, mut paths) = (work.film.tile(), Vec::new(), Paths::default());
-        tile.begin([0, 0], [width, height]);
-        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-            let u = Sampler::on_screen(run.sequence, run.seed, [x, y], k, run.planned_samples());
-            let at = Vec2::new(x as f32, y as f32) + u.u2(Dim::at(0, slot::PIXEL));
-            let ray = all.view.sensor.sample_ray(at, u.u2(Dim::at(0, slot::LENS)), 0.0);
-            let eye = PathState::start(ray.ray, Spectrum::splat(ray.weight), Wavelengths::Rgb);
-            let mut l = Spectrum::ZERO;
-            all.sample(eye, &u, &mut paths, &mut |f, _, _| match f.pixel {
-                None => l += f.value * f.weight,
-                Some(position) => splats.push(Splat { position, value: f.value * f.weight, particle: 0 }),
-            });
-            tile.add(at, l, k);
-        }
-        work.film.add_tile(&tile);
-        work.film.add_splats(&splats);
-        work.film.start_particles(u64::from(width) * u64::from(height));
-        work.units.done(0);
+        one_by_one(&all, run, k, work, |f| f.value * f.weight);
         Ok(())
     }
 }

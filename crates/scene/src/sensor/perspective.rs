@@ -47,11 +47,21 @@ impl Camera for Perspective {
     }
 
     fn sample_direction(&self, from: Vec3, _: Vec2) -> Option<SensorSample> {
-        let local = self.projection.place(from)?;
-        let pixel = self.projection.pixel(local.truncate() / local.z)?;
+        let (sample, is_seen) = self.seen_from(from);
+        is_seen.then_some(sample)
+    }
+}
+
+impl Perspective {
+    /// The pinhole as `from` sees it, and whether it sees it, without branches: for loops over lanes.
+    #[inline(always)]
+    pub fn seen_from(&self, from: Vec3) -> (SensorSample, bool) {
+        let local = self.projection.local(from);
+        let (pixel, on_film) = self.projection.locate(local.truncate() / local.z);
         let r2 = local.length_squared();
         let w = local / r2.sqrt();
         let ray = self.projection.ray(Vec3::ZERO, w, 0.0);
-        Some(SensorSample { wi: -ray.d, p: ray.o, we: self.projection.we(w.z) * w.z / r2, pdf: Pdf::Delta(1.0), pixel })
+        let we = self.projection.we(w.z) * w.z / r2;
+        (SensorSample { wi: -ray.d, p: ray.o, we, pdf: Pdf::Delta(1.0), pixel }, on_film & self.projection.is_between(local))
     }
 }

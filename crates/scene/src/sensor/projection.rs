@@ -39,20 +39,27 @@ impl Projection {
     /// The place on the film of (X, Y, 1); `None` beyond the film.
     #[inline]
     pub(super) fn pixel(&self, xy: Vec2) -> Option<Vec2> {
+        let (pixel, on_film) = self.locate(xy);
+        on_film.then_some(pixel)
+    }
+
+    /// The same without branches: the place, and whether it is on the film.
+    #[inline(always)]
+    pub(super) fn locate(&self, xy: Vec2) -> (Vec2, bool) {
         let s = 0.5 * (Vec2::ONE - xy / self.tan_half) - self.offset;
-        let on_film = s.cmpge(Vec2::ZERO).all() && s.cmplt(Vec2::ONE).all();
+        let on_film = (s.x >= 0.0) & (s.y >= 0.0) & (s.x < 1.0) & (s.y < 1.0);
         // The product may round up to the border, which is no pixel any more.
-        on_film.then(|| (s * self.size).min(Vec2::new(self.size.x.next_down(), self.size.y.next_down())))
+        ((s * self.size).min(Vec2::new(self.size.x.next_down(), self.size.y.next_down())), on_film)
     }
 
     /// A_px.
-    #[inline]
+    #[inline(always)]
     pub(super) fn pixel_area(&self) -> f32 {
         4.0 * self.tan_half.x * self.tan_half.y / (self.size.x * self.size.y)
     }
 
     /// We A_lens into the direction at angle θ from the axis.
-    #[inline]
+    #[inline(always)]
     pub(super) fn we(&self, cos: f32) -> f32 {
         1.0 / (self.pixel_area() * (cos * cos) * (cos * cos))
     }
@@ -64,7 +71,7 @@ impl Projection {
     }
 
     /// A ray from the lens point `lens` towards the unit direction `w`, both in the camera's coordinates, from the near to the far plane.
-    #[inline]
+    #[inline(always)]
     pub(super) fn ray(&self, lens: Vec3, w: Vec3, time: f32) -> Ray {
         let [near, far] = self.clip;
         let o = lens + w * (near / w.z);
@@ -75,7 +82,19 @@ impl Projection {
     /// The world's point in the camera's coordinates; `None` where it is not between the near and the far plane.
     #[inline]
     pub(super) fn place(&self, p: Vec3) -> Option<Vec3> {
-        let local = self.axes.to_local(p - self.p);
-        (local.z >= self.clip[0] && local.z <= self.clip[1]).then_some(local)
+        let local = self.local(p);
+        self.is_between(local).then_some(local)
+    }
+
+    /// The world's point in the camera's coordinates.
+    #[inline(always)]
+    pub(super) fn local(&self, p: Vec3) -> Vec3 {
+        self.axes.to_local(p - self.p)
+    }
+
+    /// Whether a point in the camera's coordinates is between the near and the far plane.
+    #[inline(always)]
+    pub(super) fn is_between(&self, local: Vec3) -> bool {
+        (local.z >= self.clip[0]) & (local.z <= self.clip[1])
     }
 }

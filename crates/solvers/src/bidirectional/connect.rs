@@ -209,7 +209,8 @@ impl<'a> Strategies<'a> {
         // Where both walks go on with one wavelength each has made up for the others: once is enough.
         let r2 = if y.is_alone && z.is_alone { 4.0 * r2 } else { r2 };
         let contribution = (y.beta * at_y.f_cos) * (z.beta * at_z.f_cos) / r2;
-        let grown = self.worth.decide(contribution * weight, || Self::number_of_worth(y.address, z.count, u))?;
+        let grown =
+            self.worth.decide(contribution * weight, || Self::number_of_worth(u.u1(Dim::at(y.address, slot::WORTH)), z.count))?;
         let ray = a.spawn_between(b)?;
         *rays += 1;
         let value = arrives(&self.c, &ShadowQuery { ray, contribution: contribution * grown, edges }, &self.wl);
@@ -219,10 +220,10 @@ impl<'a> Strategies<'a> {
         Some(Found { s: z.count, t: y.count, value, weight, pixel: None, joint: Joint::Inner(y, z) })
     }
 
-    /// The number that decides about the shadow ray between y and z: one for all z, turned by the golden ratio from each to the next.
-    #[inline]
-    pub(crate) fn number_of_worth(address: u32, count: u32, u: &impl Numbers) -> f32 {
-        (u.u1(Dim::at(address, slot::WORTH)) + 0.618_034 * count as f32).fract()
+    /// The number that decides about the shadow ray between y and z, where y has the number `u`: turned by the golden ratio from each z to the next.
+    #[inline(always)]
+    pub(crate) fn number_of_worth(u: f32, count: u32) -> f32 {
+        (u + 0.618_034 * count as f32).fract()
     }
 
     /// t = 1: z looks at the lens.

@@ -225,10 +225,13 @@ impl Solver for Bidirectional {
         (0..units.div_ceil(group)).into_par_iter().for_each_init(
             || (work.film.tile(), Paths::default(), None, Vec::new()),
             |(tile, paths, pairs, splats), index| {
-                                splats.clear();
+                splats.clear();
                 let mut count = 0;
-                let units: Vec<usize> = (index * group..units.min((index + 1) * group)).filter(|unit| !work.units.is_done(*unit)).collect();
-                if (work.stop_now)() { return; }
+                let units: Vec<usize> =
+                    (index * group..units.min((index + 1) * group)).filter(|unit| !work.units.is_done(*unit)).collect();
+                if (work.stop_now)() {
+                    return;
+                }
                 for unit in &units {
                     let (low, high) = tiling.rectangle(*unit);
                     fill(&strategies, run, &plan, tile, low, high, paths, pairs, splats, work);
@@ -239,7 +242,7 @@ impl Solver for Bidirectional {
                 work.film.start_particles(count);
                 for unit in &units {
                     work.units.done(*unit);
-                work.progress.tiles.fetch_add(1, Ordering::Relaxed);
+                    work.progress.tiles.fetch_add(1, Ordering::Relaxed);
                 }
                 work.progress.rays.fetch_add(std::mem::take(&mut paths.rays), Ordering::Relaxed);
                 work.progress.paths.fetch_add(2 * count, Ordering::Relaxed);

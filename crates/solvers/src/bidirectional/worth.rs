@@ -11,7 +11,7 @@ use super::{Paths, Strategies};
 use crate::drivers::pixels::eye_walk;
 use crate::run::Run;
 use crate::transport::slot;
-use etendue_numerics::{Dim, Sampler, SequenceKind, Spectrum, Vec2};
+use etendue_numerics::{Dim, Sampler, SequenceKind, Spectrum, Vec2, Vec3};
 use etendue_scene::View;
 use serde::{Deserialize, Serialize};
 
@@ -58,18 +58,34 @@ impl Worth {
     /// By how much light that would add `c` to a pixel must be multiplied; `None` where no ray shall be cast for it.
     #[inline]
     pub fn decide(&self, c: Spectrum, u: impl FnOnce() -> f32) -> Option<f32> {
-        let c = c.max_lane();
         // What is not a number goes on, and is told where it arrives.
-        if c >= self.least || c.is_nan() {
+        if c.max_lane() >= self.least || !c.is_finite() {
             return Some(1.0);
         }
-        let q = c / self.least;
+        let q = c.max_lane() / self.least;
         (u() < q).then(|| 1.0 / q)
+    }
+
+    /// The same without branches, for loops over lanes: by how much, and whether.
+    #[inline(always)]
+    pub(crate) fn decide_at_once(&self, c: Vec3, u: f32) -> (f32, bool) {
+        let larger = |a: f32, b: f32| if a > b { a } else { b };
+        let largest = larger(larger(c.x, c.y), larger(c.z, 0.0));
+        let is_finite = c.x.is_finite() & c.y.is_finite() & c.z.is_finite();
+        let q = largest / self.least;
+        let certain = (largest >= self.least) | !is_finite;
+        (if certain { 1.0 } else { 1.0 / q }, certain | (u < q))
     }
 
     /// The same for light that is splat.
     #[inline]
     pub fn decide_splat(&self, c: Spectrum, u: impl FnOnce() -> f32) -> Option<f32> {
         self.decide(c * self.splat, u)
+    }
+
+    /// The same without branches.
+    #[inline(always)]
+    pub(crate) fn decide_splat_at_once(&self, c: Vec3, u: f32) -> (f32, bool) {
+        self.decide_at_once(c * self.splat, u)
     }
 }

@@ -6,6 +6,7 @@
 
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod bidirectional;
 pub mod checks;
 pub mod interrupted;
 pub mod worlds;

@@ -1,11 +1,10 @@
 //! Bidirectional path tracing with one deliberate fault at a time.
 
-use etendue_film::Splat;
-use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths};
+use crate::common::bidirectional::one_by_one;
+use etendue_numerics::Spectrum;
 use etendue_scene::Scene;
-use etendue_solvers::bidirectional::{Bidirectional, Found, Joint, Paths};
+use etendue_solvers::bidirectional::{Bidirectional, Found, Joint};
 use etendue_solvers::solver::{CannotGoOn, Needs};
-use etendue_solvers::transport::{PathState, slot};
 use etendue_solvers::{Run, Solver, Work};
 
 faults! {
@@ -63,27 +62,10 @@ impl Solver for Saboteur {
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
 
     fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {
-        let all = Bidirectional::default().strategies(scene, run);
-        let [width, height] = work.film.shape().size;
-        let (mut tile, mut splats, mut paths) = (work.film.tile(), Vec::new(), Paths::default());
-        tile.begin([0, 0], [width, height]);
-        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
-            let u = Sampler::on_screen(run.sequence, run.seed, [x, y], k, run.planned_samples());
-            let at = Vec2::new(x as f32, y as f32) + u.u2(Dim::at(0, slot::PIXEL));
-            let ray = all.view.sensor.sample_ray(at, u.u2(Dim::at(0, slot::LENS)), 0.0);
-            let eye = PathState::start(ray.ray, Spectrum::splat(ray.weight), Wavelengths::Rgb);
-            let mut l = Spectrum::ZERO;
-            all.sample(eye, &u, &mut paths, &mut |f, _, _| match f.pixel {
-                None => l += self.share(f),
-                Some(position) => splats.push(Splat { position, value: self.share(f), particle: 0 }),
-            });
-            tile.add(at, l, k);
+        let started = one_by_one(&Bidirectional::default().strategies(scene, run), run, k, work, |f| self.share(f));
+        if self.0 == SplatsNotNormalised {
+            work.film.start_particles(started);
         }
-        work.film.add_tile(&tile);
-        work.film.add_splats(&splats);
-        let twice = if self.0 == SplatsNotNormalised { 2 } else { 1 };
-        work.film.start_particles(twice * u64::from(width) * u64::from(height));
-        work.units.done(0);
         Ok(())
     }
 }

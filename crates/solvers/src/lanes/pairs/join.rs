@@ -3,21 +3,22 @@
 use super::super::light;
 use super::super::vertices::{Flags, LANES, Lane, Lane3, Lights, Rays, Vertices};
 use super::stage::{Stage, is_something, power};
+use crate::bidirectional::Strategies;
 use crate::bidirectional::eye::Center;
+use crate::bidirectional::worth::Worth;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Vec2, Vec3, wide};
 use etendue_scene::Lone;
 use etendue_scene::interaction::SHADOW_EPSILON;
+use etendue_scene::sensor::Perspective;
 
 /// Connections, a sample a lane.
 pub(super) struct Joints {
-    /// Whether there is one.
+    /// Whether there is one that is worth a shadow ray.
     pub is_there: Flags,
-    /// C, were nothing in between.
-    pub contribution: Lane3,
-    /// w.
-    pub weight: Lane,
+    /// w C, were nothing in between; larger where few are cast.
+    pub value: Lane3,
     pub shadow: Rays,
     pub end: Lane,
 }
@@ -26,7 +27,7 @@ impl Joints {
     pub fn new() -> Box<Self> {
         let (three, one) = (Lane3::ZERO, [0.0; LANES]);
         let shadow = Rays { o: three, d: three };
-        Box::new(Self { is_there: [0; LANES], contribution: three, weight: one, shadow, end: one })
+        Box::new(Self { is_there: [0; LANES], value: three, shadow, end: one })
     }
 
     /// `Interaction::spawn_to`.
@@ -88,14 +89,14 @@ impl<const SQUARE: bool> wide::Job for NextEvent<'_, SQUARE> {
             let (wi, le, pdf) = (light.wi.get(i), light.le.rgb(i), light.pdf[i]);
             let height = y.height(i, wi);
             let f_cos = y.rho.get(i) * FRAC_1_PI * height;
-            out.contribution.set(i, y.beta.get(i) * f_cos * le / pdf);
+            let contribution = y.beta.get(i) * f_cos * le / pdf;
 
             let n = self.emitting.n.get(i);
             let leaves = -n.dot(wi);
             let emitted = self.emitting.density[i] * (leaves.max(0.0) * FRAC_1_PI) * y.n.get(i).dot(wi).abs() / leaves.abs();
             let hit = power::<SQUARE>(height * FRAC_1_PI, pdf);
             let others = hit + y.others::<SQUARE>(i, emitted / pdf, y.way_back(i));
-            out.weight[i] = 1.0 / (1.0 + others);
+            out.value.set(i, contribution * (1.0 / (1.0 + others)));
             let scatters = (y.above[i] > 0.0) & (height > 0.0) & is_something(f_cos);
             out.is_there[i] = y.alive[i] & light.is_there[i] & u32::from(scatters);
         }
@@ -109,6 +110,11 @@ impl<const SQUARE: bool> wide::Job for NextEvent<'_, SQUARE> {
 pub(super) struct Inner<'a, const SQUARE: bool> {
     pub y: &'a Stage,
     pub z: &'a Stage,
+    /// s.
+    pub count: u32,
+    /// The numbers of y that decide which are worth it.
+    pub u_worth: &'a Lane,
+    pub worth: Worth,
     pub joints: &'a mut Joints,
 }
 
@@ -125,14 +131,17 @@ impl<const SQUARE: bool> wide::Job for Inner<'_, SQUARE> {
             let (up_y, up_z) = (y.height(i, w), z.height(i, -w));
             let at_y = y.rho.get(i) * FRAC_1_PI * up_y;
             let at_z = z.rho.get(i) * FRAC_1_PI * z.adjoint_cos(i, -w);
-            out.contribution.set(i, (y.beta.get(i) * at_y) * (z.beta.get(i) * at_z) / r2);
+            let contribution = (y.beta.get(i) * at_y) * (z.beta.get(i) * at_z) / r2;
 
             let (to_y, to_z) = (y.n.get(i).dot(w).abs() / r2, z.n.get(i).dot(w).abs() / r2);
             let more_light = y.others::<SQUARE>(i, up_z * FRAC_1_PI * to_y, y.way_back(i));
             let more_eye = z.others::<SQUARE>(i, up_y * FRAC_1_PI * to_z, z.way_back(i));
-            out.weight[i] = 1.0 / (1.0 + (more_light + more_eye));
+            let weight = 1.0 / (1.0 + (more_light + more_eye));
+            let (grown, is_worth_it) =
+                self.worth.decide_at_once(contribution * weight, Strategies::number_of_worth(self.u_worth[i], self.count));
+            out.value.set(i, contribution * grown * weight);
             let faces = (y.above[i] > 0.0) & (z.above[i] > 0.0) & (up_y > 0.0) & (up_z > 0.0);
-            out.is_there[i] = y.alive[i] & z.alive[i] & u32::from(faces & is_something(at_y) & is_something(at_z));
+            out.is_there[i] = y.alive[i] & z.alive[i] & u32::from(faces & is_something(at_y) & is_something(at_z) & is_worth_it);
         }
         for i in 0..LANES {
             let q = offset_origin(z.p.get(i), z.p_error.get(i), z.n.get(i), y.p.get(i) - z.p.get(i));
@@ -148,6 +157,36 @@ pub(super) struct Lens {
     pub p: Lane3,
     /// We / p.
     pub we: Lane,
+    /// Where on the full film, in pixels.
+    pub pixel: [Lane; 2],
+}
+
+/// A pinhole as the vertices see it: `Strategies::seen`.
+pub(super) struct OfPinhole<'a> {
+    pub z: &'a Stage,
+    pub pinhole: &'a Perspective,
+    /// First pixel of the crop, and its size.
+    pub crop: [Vec2; 2],
+    pub lens: &'a mut Lens,
+}
+
+impl wide::Job for OfPinhole<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let (lens, [corner, size]) = (self.lens, self.crop);
+        for i in 0..LANES {
+            let (seen, is_seen) = self.pinhole.seen_from(self.z.p.get(i));
+            let own = seen.pixel - corner;
+            let within = (own.x >= 0.0) & (own.y >= 0.0) & (own.x < size.x) & (own.y < size.y);
+            lens.is_there[i] = u32::from(is_seen & within);
+            lens.wi.set(i, seen.wi);
+            lens.p.set(i, seen.p);
+            lens.we[i] = seen.we;
+            (lens.pixel[0][i], lens.pixel[1][i]) = (seen.pixel.x, seen.pixel.y);
+        }
+    }
 }
 
 /// t = 1: z looks at the lens.
@@ -155,6 +194,9 @@ pub(super) struct ToLens<'a, const SQUARE: bool> {
     pub z: &'a Stage,
     pub lens: &'a Lens,
     pub eye: Center,
+    /// The numbers that decide which are worth it.
+    pub u_worth: &'a Lane,
+    pub worth: Worth,
     pub joints: &'a mut Joints,
 }
 
@@ -169,13 +211,15 @@ impl<const SQUARE: bool> wide::Job for ToLens<'_, SQUARE> {
             let wi = lens.wi.get(i);
             let up = z.height(i, wi);
             let f_cos = z.rho.get(i) * FRAC_1_PI * z.adjoint_cos(i, wi);
-            out.contribution.set(i, z.beta.get(i) * f_cos * lens.we[i]);
+            let contribution = z.beta.get(i) * f_cos * lens.we[i];
 
             let depth = eye.axis.dot(z.p.get(i) - eye.p);
             let density = z.n.get(i).dot(wi).abs() / (eye.area * -eye.axis.dot(wi) * depth * depth);
-            out.weight[i] = 1.0 / (1.0 + z.others::<SQUARE>(i, density, z.way_back(i)) / own);
+            let weight = 1.0 / (1.0 + z.others::<SQUARE>(i, density, z.way_back(i)) / own);
+            let (grown, is_worth_it) = self.worth.decide_splat_at_once(contribution * weight, self.u_worth[i]);
+            out.value.set(i, contribution * grown * weight);
             let faces = (up > 0.0) & (z.above[i] > 0.0) & is_something(f_cos);
-            out.is_there[i] = z.alive[i] & lens.is_there[i] & u32::from(faces);
+            out.is_there[i] = z.alive[i] & lens.is_there[i] & u32::from(faces & is_worth_it);
         }
         for i in 0..LANES {
             out.aim(i, z, lens.p.get(i));
