@@ -89,11 +89,11 @@ impl Terms {
     /// Bits of a weight after the point.
     pub(crate) const WEIGHT_BITS: i32 = 24;
 
-    /// Three numbers, clamped to ±2⁵⁰; zero for NaN.
+    /// Four numbers, clamped to ±2⁵⁰; zero for NaN.
     #[inline(always)]
-    pub(crate) fn new([r, g, b]: [f32; 3]) -> Self {
+    pub(crate) fn new(x: [f32; 4]) -> Self {
         let mut terms = Self { mantissa: [0; 4], low: [0; 4], high: [63; 4], shrink: [0; 4] };
-        for (c, x) in [r, g, b].into_iter().enumerate() {
+        for (c, x) in x.into_iter().enumerate() {
             let x = x.clamp(-1_125_899_906_842_624.0, 1_125_899_906_842_624.0);
             let bits = x.to_bits();
             let exponent = (bits >> 23 & 0xff) as i32;
@@ -162,7 +162,7 @@ mod tests {
         fn weighted_terms_are_products(x in -1e6f32..1e6, scale in -60i32..30, weight in -(1i32 << 26)..1 << 26) {
             let x = x * (scale as f32).exp2();
             let mut sums = Channels::default();
-            Terms::new([x, -x, 0.0]).add_to(&mut sums, weight);
+            Terms::new([x, -x, 0.0, x]).add_to(&mut sums, weight);
             let [sum, opposite, nothing] = sums.get();
             let want = f64::from(x) * f64::from(weight) / f64::from(1 << Terms::WEIGHT_BITS);
             for (sum, want) in [(sum, want), (opposite, -want), (nothing, 0.0)] {
@@ -177,7 +177,7 @@ mod tests {
             let mut want = [Fixed::ZERO; 3];
             for (x, weight) in terms {
                 let mut one = Channels::default();
-                let terms = Terms::new([x, 1.0, 1e-9 * x]);
+                let terms = Terms::new([x, 1.0, 1e-9 * x, 0.0]);
                 terms.add_to(&mut one, weight);
                 terms.add_to(&mut sums, weight);
                 want.iter_mut().zip(one.get()).for_each(|(a, b)| *a += b);

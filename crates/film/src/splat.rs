@@ -131,7 +131,7 @@ pub(crate) fn shares(kernel: &KernelTable, count: usize) -> Vec<f64> {
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Landed {
     position: [f32; 2],
-    value: [f32; 3],
+    value: [f32; 4],
 }
 
 /// Columns of a piece of a band, whose sums a core's caches hold.
@@ -162,7 +162,7 @@ pub(crate) fn by_band(
     let mut sorted = vec![Landed::default(); ends[ends.len() - 1]];
     for splat in splats {
         for i in touched(splat) {
-            sorted[ends[i]] = Landed { position: splat.position.into(), value: splat.value.to_rgb() };
+            sorted[ends[i]] = Landed { position: splat.position.into(), value: splat.value.0.into() };
             ends[i] += 1;
         }
     }

@@ -6,7 +6,9 @@
 //! ```
 
 use crate::lanes;
-use crate::transport::{Context, Crowd, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot};
+use crate::transport::{
+    Context, Crowd, HOPE, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot,
+};
 use etendue_accel::Hit;
 use etendue_numerics::{Pdf, Sampler};
 use etendue_scene::Interaction;
@@ -55,7 +57,7 @@ impl PathSolver for PathMis {
         let u_lobe = state.choices(&c.rules, &vertex, u);
         let sample = vertex.sample(u_lobe.x, u.u2(state.dim(slot::BSDF)));
         let goes_on = state.turn(&c.rules, &vertex, sample, u_lobe.y);
-        state.relate();
+        state.relate(HOPE);
         Step { shadow, goes_on }
     }
 

@@ -103,8 +103,9 @@ impl<'a> Strategies<'a> {
         let link = walk.trail.arrive(x.p, x.n, x.wo);
         let pdf = self.c.scene.lights.pdf_emission(self.c.scene, x);
         let (position, direction) = (pdf.position.value(), pdf.direction.value());
+        // What the lens sees of a lamp it sees without noise: no other strategy has a share.
         let others = if walk.count == 1 {
-            link.next_event(h, position)
+            0.0
         } else {
             let pdf_light = if link.connect > 0.0 { self.c.scene.pdf_light(&walk.state.from, x) } else { 0.0 };
             let to_area = walk.trail.to_area(x.p, x.n, x.wo);
@@ -248,16 +249,10 @@ impl<'a> Strategies<'a> {
         Some(Found { s: z.count, t: 1, value, weight, pixel: Some(lens.pixel), joint: Joint::Lens(z, lens.wi) })
     }
 
-    /// s = 1, t = 1: the emitting point itself looks at the lens. Points and single directions are not seen; the surroundings are by s = 0 alone.
+    /// s = 1, t = 1: the emitting point itself looks at the lens. Points and single directions are not seen; the surroundings are by s = 0 alone. Its weight
+    /// is 0, since the walk from the eye finds the same without noise: it is a picture to compare with.
     pub fn emitter<'v>(&self, path: &'v LightPath, u: &impl Numbers, rays: &mut u64) -> Option<Found<'v>> {
         let origin = path.origin.as_ref()?;
-        let (query, weight) = self.look_at_emitter(origin, u)?;
-        let value = self.arrives_at_sensor(&query, rays)?;
-        Some(Found { s: 1, t: 1, value, weight, pixel: Some(query.pixel), joint: Joint::Emitter(origin, query.shadow.ray.d) })
-    }
-
-    /// The same before anything is cast, and w.
-    pub(crate) fn look_at_emitter(&self, origin: &Origin, u: &impl Numbers) -> Option<(SensorQuery, f32)> {
         let Place::Surface(x, false) = &origin.place else { return None };
         if !self.may_count(1) {
             return None;
@@ -275,9 +270,9 @@ impl<'a> Strategies<'a> {
             contribution: le * (cos * lens.we / lens.pdf.value()),
             edges: 1,
         };
-        let others = power(self.heuristic, self.eye.density(x.p, x.n, -lens.wi), origin.density * self.eye.rho);
         let query = SensorQuery { shadow, pixel: lens.pixel, eye: (lens.p, -lens.wi), surface: Some(x.surface) };
-        Some((query, share(others)))
+        let value = self.arrives_at_sensor(&query, rays)?;
+        Some(Found { s: 1, t: 1, value, weight: 0.0, pixel: Some(query.pixel), joint: Joint::Emitter(origin, lens.wi) })
     }
 
     /// The lens as `p` sees it, where that falls within the crop.

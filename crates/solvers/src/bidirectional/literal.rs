@@ -128,7 +128,8 @@ impl Whole {
         let single = matches!(self.source, Source::Surface(_, true));
         match s {
             0 => matches!(self.source, Source::Surface(_, false) | Source::Surroundings(_)),
-            1 if k == 1 => matches!(self.source, Source::Surface(_, false)),
+            // The eye sees lamps by itself.
+            1 if k == 1 => false,
             1 => !single && !dirac(1),
             _ => !dirac(s - 1) && !dirac(s),
         }

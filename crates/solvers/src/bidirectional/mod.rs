@@ -303,6 +303,7 @@ fn fill(
                 let value = wl.to_rgb(f.value * f.weight);
                 match f.pixel {
                     None => l += value,
+                    Some(_) if value.is_zero() => (),
                     Some(pixel) => splats.push(Splat { position: pixel - corner, value, particle: particle(*at) }),
                 }
             });

@@ -2,7 +2,7 @@
 
 use super::path_vertex::{PathVertex, Sides};
 use super::weights::Trail;
-use crate::transport::{Context, Heuristic, PathState, VertexSample, light_slot, slot};
+use crate::transport::{Context, HOPE, HOPE_OF_LIGHT, Heuristic, PathState, VertexSample, light_slot, slot};
 use etendue_numerics::{Numbers, Ray, Spectrum, Vec2};
 use etendue_scene::Interaction;
 
@@ -91,7 +91,10 @@ impl Walk<'_> {
             self.count += 1;
         }
         let goes_on = self.state.turn(&self.c.rules, &v.vertex, sample, u_lobe.y);
-        self.state.relate();
+        self.state.relate(match self.end {
+            End::Eye => HOPE,
+            End::Light => HOPE_OF_LIGHT,
+        });
         goes_on
     }
 

@@ -19,7 +19,7 @@
 //! | s = 1 | the light point is drawn by the light sampler of z_1, of density p_N, not by emission, of density p_E: c = (p_N / p_E)^β there |
 //! | t = 1 | a pass has `width · height` light paths and as many eye paths; of a crop only these: n_1 = ρ = crop / film, other n = 1 |
 //! | t = 0 | left out: the lens is never hit by chance |
-//! | s = 1, t = 1 | the emission sample itself is connected to the lens; surfaces only |
+//! | s = 1, t = 1 | the emission sample itself is connected to the lens, surfaces only; w = 0, as the eye sees the same without noise |
 //! | surroundings | z_0 is a direction, of density 1/sr; p⃗(z_1) is that of the disc before the scene, projected |
 //! | points, single directions | discrete places of z_0; no eye path hits them: p_0 = 0 |
 //! | Dirac scattering | p⃗ and p⃖ of the next vertices are taken per projected solid angle, with the same probability both ways: it cancels |

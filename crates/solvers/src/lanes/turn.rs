@@ -5,7 +5,7 @@
 //! ```
 
 use super::vertices::{LANES, Vertices};
-use crate::transport::{HOPE, roulette_survival};
+use crate::transport::roulette_survival;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::warp::{disk_to_cosine_hemisphere, square_to_disk};
@@ -53,11 +53,11 @@ impl wide::Job for Turn<'_> {
 }
 
 /// `PathState::relate` after the first turn.
-pub(super) fn relate(v: &mut Vertices) {
+pub(super) fn relate(v: &mut Vertices, hope: f32) {
     for i in 0..v.lanes() {
         let [x, y, z, w] = v.beta.get(i);
         let first = x.max(y).max(z).max(w);
-        v.roulette_scale[i] *= if first > 0.0 { HOPE / first } else { 1.0 };
+        v.roulette_scale[i] *= if first > 0.0 { hope / first } else { 1.0 };
     }
 }
 

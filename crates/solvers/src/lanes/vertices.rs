@@ -1,6 +1,6 @@
 //! Vertices on Lambert's surfaces, side by side: one array a number, one place a walk.
 
-use crate::transport::{PathState, ShadowQuery, Throughput};
+use crate::transport::{HOPE, PathState, ShadowQuery, Throughput};
 use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths, wide};
 use etendue_scene::{Interaction, LightReference, LightSample, SurfaceFrame, Triangle, shape::Mesh};
 
@@ -353,7 +353,7 @@ impl Vertices {
         state.from = self.from(i);
         state.edges += 1;
         state.vertex += 1;
-        state.relate();
+        state.relate(HOPE);
     }
 
     #[inline(always)]

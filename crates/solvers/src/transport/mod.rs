@@ -28,7 +28,7 @@ pub use particle::{
 pub(crate) use path_state::emission;
 pub use path_state::{Context, PathSolver, PathState, Step, Throughput, arrives, slot, trace};
 pub use roulette::roulette;
-pub(crate) use roulette::{HOPE, roulette_survival};
+pub(crate) use roulette::{HOPE, HOPE_OF_LIGHT, roulette_survival};
 pub use rules::PathRules;
 pub use tally::{Entries, Tally};
 pub use tree::Branch;

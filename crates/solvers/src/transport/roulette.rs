@@ -6,7 +6,8 @@
 //! ```
 //!
 //! The second asks how much a walk may still add to what its pixel has: walks over dark surfaces live on where the pixel is dark anyway, and
-//! may be ended two vertices after the eye where they are not the ones that bring the light. `path-mis` plays so.
+//! may be ended two vertices after the eye where they are not the ones that bring the light. `path-mis` and `bidirectional` play so; for walks from a
+//! light, β₁ is what they carry on from the first surface.
 
 use super::{Context, PathRules, PathState};
 
@@ -15,6 +16,9 @@ const MOST: f32 = 0.95;
 
 /// κ: how much brighter what a walk goes on to may be than what it has left. By measurement: 1 ends too many, from 2 on rays cost more than they bring.
 pub(crate) const HOPE: f32 = 1.5;
+
+/// κ of walks from a light: what they bring others find as well.
+pub(crate) const HOPE_OF_LIGHT: f32 = 1.0;
 
 /// The first vertex at which roulette of the second kind is played, where nobody asks for another.
 const EARLY: u32 = 2;
@@ -31,10 +35,10 @@ impl Context<'_> {
 impl PathState {
     /// To be called after each turn: past the first vertex roulette looks at the walk's share of its pixel's light.
     #[inline(always)]
-    pub(crate) fn relate(&mut self) {
+    pub(crate) fn relate(&mut self, hope: f32) {
         let first = self.beta.max_lane();
         if self.vertex == 2 && first > 0.0 {
-            self.roulette_scale *= HOPE / first;
+            self.roulette_scale *= hope / first;
         }
     }
 }

@@ -5,10 +5,10 @@ use super::super::turn::{Turn, relate};
 use super::super::vertices::LANES;
 use super::super::{draw, reflectance};
 use super::stage::{Arrive, Leave, Stage, TurnToEye};
-use super::{Pairs, Plain, Shadow};
+use super::{Pairs, Plain};
 use crate::bidirectional::light_path::Origin;
 use crate::bidirectional::weights::{Trail, power};
-use crate::transport::{PathState, light_slot, slot};
+use crate::transport::{HOPE, HOPE_OF_LIGHT, PathState, light_slot, slot};
 use etendue_accel::Hit;
 use etendue_numerics::{Dim, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths, wide};
 use etendue_scene::{NO_INSTANCE, Scene, SurfaceId};
@@ -25,10 +25,6 @@ impl Pairs {
             let origin = Origin::sample(scene, u, &Wavelengths::Rgb);
             if let Some(origin) = &origin {
                 self.set_out(i, &origin.ray, origin.flux, &origin.trail());
-                if let Some((query, weight)) = all.look_at_emitter(origin, u) {
-                    let value = query.shadow.contribution * weight;
-                    self.shadows.push(Shadow { ray: query.shadow.ray, lane: i as u32, value, pixel: Some(query.pixel) });
-                }
             }
             self.origins.push(origin);
         }
@@ -73,7 +69,7 @@ impl Pairs {
             wide::widest(Turn { vertices: &mut self.v, roulette: false });
             wide::widest(TurnToEye { v: &mut self.v, stage: z, carried: &self.carried, roulette });
             if edges == 1 {
-                relate(&mut self.v);
+                relate(&mut self.v, HOPE_OF_LIGHT);
             }
             self.leave::<SQUARE>(z);
             self.kept += 1;
@@ -137,7 +133,7 @@ impl Pairs {
             }
             wide::widest(Turn { vertices: &mut self.v, roulette });
             if edges == 1 {
-                relate(&mut self.v);
+                relate(&mut self.v, HOPE);
             }
             self.leave::<SQUARE>(y);
         }
