@@ -84,6 +84,27 @@ fn even_splats_are_a_constant() {
     }
 }
 
+/// Splats have no order: all at once, one by one and from the last to the first they are the same bits, on a film of several bands and pieces, from
+/// the faintest to the brightest.
+#[test]
+fn splats_have_no_order() {
+    for kernel in kernels() {
+        let film = || Film::new(FilmShape { size: [150, 37], kernel });
+        let splats: Vec<Splat> = (0..400u32)
+            .map(|i| {
+                let position = Vec2::new((i * 37 % 1500) as f32 * 0.1, (i * 11 % 370) as f32 * 0.1);
+                let value = Spectrum::rgb(1.0, -0.3, 7.1) * ((i * 7 % 90) as f32 - 45.0).exp2();
+                Splat { position, value, particle: 0 }
+            })
+            .collect();
+        let (at_once, one_by_one, backwards) = (film(), film(), film());
+        at_once.add_splats(&splats);
+        splats.iter().for_each(|s| one_by_one.add_splats(&[*s]));
+        splats.iter().rev().for_each(|s| backwards.add_splats(&[*s]));
+        assert!(at_once.sums() == one_by_one.sums() && at_once.sums() == backwards.sums(), "{kernel:?}");
+    }
+}
+
 #[test]
 fn particles_that_are_not_finite_are_told_by_pass_and_number() {
     let film = film(Kernel::Box { radius: 0.5 });

@@ -4,7 +4,7 @@
 mod common;
 
 use common::checks::{agreement, at_point, closed_form, floor, furnace, neumann, polygon_irradiance, round_furnace_scene};
-use common::worlds::{all_scenes, cone, flat_furnace};
+use common::worlds::{WALLS, all_scenes, cone, eye, flat_furnace, lamp, room};
 use common::*;
 use etendue_film::{Film, FilmShape};
 use etendue_numerics::kernel::Kernel;
@@ -22,6 +22,23 @@ use etendue_solvers::photon_map::PhotonMap;
 use etendue_solvers::transport::PathState;
 use etendue_solvers::{PathRules, Solver};
 use std::f64::consts::PI;
+
+/// Each solver begins roulette where it likes, unless somebody asks: the usual number is a question as well, and is not taken for silence.
+#[test]
+fn roulette_begins_where_it_is_asked_for() {
+    let scene = room(&eye(), WALLS, &lamp());
+    let of =
+        |solver: &dyn Fn(Job) -> Picture, rr_depth| bits(&solver(samples(2).with(PathRules { rr_depth, ..PathRules::default() })));
+    let path = |job: Job| picture(&scene, &Path, job);
+    let path_mis = |job: Job| picture(&scene, &PathMis::default(), job);
+    let bidirectional = |job: Job| picture(&scene, &Bidirectional::default(), job);
+    let solvers: [(&str, &dyn Fn(Job) -> Picture, u32, u32); 3] =
+        [("path", &path, 5, 2), ("path-mis", &path_mis, 2, 5), ("bidirectional", &bidirectional, 2, 5)];
+    for (name, solver, own, other) in solvers {
+        assert!(of(solver, None) == of(solver, Some(own)), "{name} begins at {own}");
+        assert!(of(solver, None) != of(solver, Some(other)), "{name} does not hear {other}");
+    }
+}
 
 /// A furnace of half a millimetre, one a kilometre from the origin, and one of paper-thin height: rays that start a rounding error behind their
 /// surface leak out or see it again. Path is exact here, so a single leak shows.

@@ -60,7 +60,7 @@ use std::sync::atomic::Ordering;
 use walk::{End, Walk};
 use worth::Worth;
 
-/// Tiles of a group.
+/// Tiles whose splats are added together.
 const GROUP: usize = 16;
 
 /// The solver `bidirectional`.
@@ -226,24 +226,21 @@ impl Solver for Bidirectional {
             || (work.film.tile(), Paths::default(), None, Vec::new()),
             |(tile, paths, pairs, splats), index| {
                 splats.clear();
-                let mut count = 0;
-                let units: Vec<usize> =
-                    (index * group..units.min((index + 1) * group)).filter(|unit| !work.units.is_done(*unit)).collect();
-                if (work.stop_now)() {
-                    return;
-                }
-                for unit in &units {
-                    let (low, high) = tiling.rectangle(*unit);
+                let (mut done, mut count) = (Vec::with_capacity(group), 0);
+                for unit in (index * group..units.min((index + 1) * group)).filter(|unit| !work.units.is_done(*unit)) {
+                    if (work.stop_now)() {
+                        break;
+                    }
+                    let (low, high) = tiling.rectangle(unit);
                     fill(&strategies, run, &plan, tile, low, high, paths, pairs, splats, work);
                     work.film.add_tile(tile);
                     count += u64::from(high[0] - low[0]) * u64::from(high[1] - low[1]);
+                    done.push(unit);
                 }
                 work.film.add_splats(splats);
                 work.film.start_particles(count);
-                for unit in &units {
-                    work.units.done(*unit);
-                    work.progress.tiles.fetch_add(1, Ordering::Relaxed);
-                }
+                work.progress.tiles.fetch_add(done.len() as u64, Ordering::Relaxed);
+                done.into_iter().for_each(|unit| work.units.done(unit));
                 work.progress.rays.fetch_add(std::mem::take(&mut paths.rays), Ordering::Relaxed);
                 work.progress.paths.fetch_add(2 * count, Ordering::Relaxed);
             },
@@ -269,7 +266,7 @@ fn fill(
     let [width, height] = film.crop_size;
     let corner = Vec2::new(film.crop_offset[0] as f32, film.crop_offset[1] as f32);
     let pixels = u64::from(width) * u64::from(height);
-    let mut tracked = Vec::new();
+    let (mut tracked, before) = (Vec::new(), splats.len());
     tile.begin(low, high);
     let mut taken = |[x, y]: [u32; 2], position: Vec2, l: Spectrum| {
         tile.add(position, l, plan.pass);
@@ -313,7 +310,7 @@ fn fill(
     if let Some(replicates) = work.replicates {
         let mut sums = replicates.lock().unwrap_or_else(PoisonError::into_inner);
         let splat = |s: &Splat| ([s.position.x as u32, s.position.y as u32], (s.value / pixels as f32).to_rgb());
-        for (pixel, l) in tracked.into_iter().chain(splats.iter().map(splat)) {
+        for (pixel, l) in tracked.into_iter().chain(splats[before..].iter().map(splat)) {
             if let Some(slot) = sums.slot(pixel) {
                 sums.add(plan.replicate, slot, l);
             }
