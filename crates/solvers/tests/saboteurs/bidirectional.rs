@@ -1,11 +1,14 @@
 //! Bidirectional path tracing with one deliberate fault at a time.
 
-use crate::common::bidirectional::one_by_one;
+#[path = "../common/bidirectional.rs"]
+mod pass;
+
 use etendue_numerics::Spectrum;
 use etendue_scene::Scene;
 use etendue_solvers::bidirectional::{Bidirectional, Found, Joint};
 use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::{Run, Solver, Work};
+use pass::one_by_one;
 
 faults! {
     /// The weights leave a place for next event estimation, and nobody takes it.
