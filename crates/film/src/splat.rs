@@ -92,6 +92,7 @@ impl Weights {
 
     /// w_j of some pixels from j on, each times `scale` and rounded; what lies beyond those reached is anything.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "iterators of pairs are not inlined into wide loops")]
     fn block(&self, j: i32, scale: f32) -> [i32; BLOCK] {
         let first = (j - self.first) as usize;
         let mut rounded = [0; BLOCK];
