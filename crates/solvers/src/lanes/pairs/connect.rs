@@ -78,7 +78,7 @@ impl Pairs {
         samplers: &[Sampler],
     ) {
         let all = plain.all;
-        Sampler::u1_each(samplers, Dim::at(address, slot::WORTH), &mut *self.u_worth);
+        Sampler::u1_each(samplers, Dim::at(address, slot::WORTH), &mut self.u_worth);
         for (z, z_edges) in lights.iter().zip(1..).filter(|(_, z_edges)| all.may_count(address + z_edges + 1)) {
             let (joints, u_worth) = (&mut *self.joints, &*self.u_worth);
             wide::widest(Inner::<SQUARE> { y, z, count: z_edges + 1, u_worth, worth: all.worth, joints });
@@ -89,7 +89,7 @@ impl Pairs {
     /// t = 1: all z look at the lens.
     pub(super) fn show<const SQUARE: bool>(&mut self, plain: &Plain<'_>, z: &Stage, address: u32, samplers: &[Sampler]) {
         let (all, lens) = (plain.all, &mut *self.lens);
-        Sampler::u1_each(samplers, Dim::at(address, light_slot::WORTH), &mut *self.u_worth);
+        Sampler::u1_each(samplers, Dim::at(address, light_slot::WORTH), &mut self.u_worth);
         if let Some(pinhole) = plain.pinhole {
             let film = &all.view.film;
             let crop = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
