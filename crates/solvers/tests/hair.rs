@@ -33,7 +33,7 @@ fn fibres(hair: &str, spectral: bool) -> Scene {
 fn white_hair_is_not_seen_in_a_white_sky() {
     let mut family = Family::default();
     // Roulette from the fourth vertex on; passing a wall from within is no edge in pbrt.
-    let rules = PathRules { null_counts: false, rr_depth: 4, ..PathRules::default() };
+    let rules = PathRules { null_counts: false, rr_depth: Some(4), ..PathRules::default() };
     for spectral in [false, true] {
         let scene = fibres("\"rgb sigma_a\" [0 0 0] \"float beta_m\" .25 \"float alpha\" 3", spectral);
         for (name, pictures) in [
