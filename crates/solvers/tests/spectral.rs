@@ -4,16 +4,14 @@
 
 mod common;
 
-use common::checks::{agreement, furnace_scene, neumann};
+use common::checks::{self, agreement, furnace_scene, neumann};
 use common::interrupted::leaves_no_trace;
 use common::worlds::{WALLS, eye, lamp};
 use common::*;
 use etendue_numerics::spectrum::ior;
 use etendue_numerics::{Pdf, Ray, Spectrum, Vec3, Wavelengths};
 use etendue_scene::Scene;
-use etendue_solvers::bidirectional::Bidirectional;
 use etendue_solvers::light_nee::LightNee;
-use etendue_solvers::metropolis::Metropolis;
 use etendue_solvers::path::Path;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::path_nee::PathNee;
@@ -94,29 +92,12 @@ const DISPERSIVE: &str = r#"<shape type="sphere"><point name="center" value="0.2
 /// Coloured walls, gold, and glass that lets walks go on with one wavelength: by several ways of finding light.
 #[test]
 fn solvers_agree() {
-    let scene = spectral(room(WALLS, &lamp(), DISPERSIVE));
-    let reference = replicates(&scene, &PathMis::default(), samples(192));
-    let mut family = Family::default();
-    let mut compare = |name: &str, pictures: Vec<Picture>| agreement(&mut family, name, &scene, &pictures, &reference, 0.6);
-    compare("path-nee", replicates(&scene, &PathNee, samples(256).seed(2)));
-    compare("path", replicates(&scene, &Path, samples(384).seed(3)));
-    compare("light-nee", replicates(&scene, &LightNee, samples(192).seed(4)));
-    compare("bidirectional", replicates(&scene, &Bidirectional::default(), samples(64).seed(5)));
-    compare("metropolis", replicates(&scene, &Metropolis::default(), samples(192).seed(6)));
-    family.must_hold();
+    checks::solvers_find_the_same(&spectral(room(WALLS, &lamp(), DISPERSIVE)), [192, 256, 384]);
 }
 
-/// Photon maps are right in the limit: here within what their radius blurs.
 #[test]
 fn photons_bring_the_same_light() {
-    let scene = spectral(room(WALLS, &lamp(), DISPERSIVE));
-    let solver = PhotonMap { photons: 4096, radius: 0.15, ..PhotonMap::default() };
-    let reference = replicates(&scene, &PathMis::default(), samples(128));
-    let photons = replicates(&scene, &solver, samples(32).seed(2));
-    for channel in 0..3 {
-        let (a, b) = (mean_of(&photons, channel), mean_of(&reference, channel));
-        assert!((a.mean / b.mean - 1.0).abs() < 0.04, "channel {channel}: {} instead of {}", a.mean, b.mean);
-    }
+    checks::photons_bring_the_same_light(&spectral(room(WALLS, &lamp(), DISPERSIVE)));
 }
 
 #[test]

@@ -1,6 +1,13 @@
 //! The checks themselves, as functions of a solver: the proofs expect them to hold, the saboteurs to be caught by them.
 
 use super::*;
+use etendue_solvers::bidirectional::Bidirectional;
+use etendue_solvers::light_nee::LightNee;
+use etendue_solvers::metropolis::Metropolis;
+use etendue_solvers::path::Path;
+use etendue_solvers::path_mis::PathMis;
+use etendue_solvers::path_nee::PathNee;
+use etendue_solvers::photon_map::PhotonMap;
 
 /// The furnace: a closed diffuse box with Le = 1 and the given albedo per channel, seen from inside.
 pub fn furnace_scene(albedo: [f32; 3]) -> Scene {
@@ -62,6 +69,31 @@ pub fn agreement(family: &mut Family, name: &str, scene: &Scene, a: &[Picture], 
     let least = (0..3).map(|c| mean_of(b, c).mean).sum::<f64>() / 6.0;
     for ((place, x), (_, y)) in blocks_of(a, width).iter().zip(&blocks_of(b, width)) {
         family.agree(format!("{name}: {place}"), x, y, bound, y.mean.max(least).max(1e-9));
+    }
+}
+
+/// Claims that walks from the eye, walks from the lights, both connected, and chains of them find the light of `path-mis`; `spp` are the samples of
+/// `path-mis`, `path-nee` and `path`.
+pub fn solvers_find_the_same(scene: &Scene, [mis, nee, path]: [u32; 3]) {
+    let reference = replicates(scene, &PathMis::default(), samples(mis));
+    let mut family = Family::default();
+    let mut compare = |name: &str, pictures: Vec<Picture>| agreement(&mut family, name, scene, &pictures, &reference, 0.6);
+    compare("path-nee", replicates(scene, &PathNee, samples(nee).seed(2)));
+    compare("path", replicates(scene, &Path, samples(path).seed(3)));
+    compare("light-nee", replicates(scene, &LightNee, samples(192).seed(4)));
+    compare("bidirectional", replicates(scene, &Bidirectional::default(), samples(64).seed(5)));
+    compare("metropolis", replicates(scene, &Metropolis::default(), samples(192).seed(6)));
+    family.must_hold();
+}
+
+/// Photon maps are right in the limit: their means are held to those of `path-mis`, within what their radius blurs.
+pub fn photons_bring_the_same_light(scene: &Scene) {
+    let solver = PhotonMap { photons: 4096, radius: 0.15, ..PhotonMap::default() };
+    let reference = replicates(scene, &PathMis::default(), samples(128));
+    let photons = replicates(scene, &solver, samples(32).seed(2));
+    for channel in 0..3 {
+        let (a, b) = (mean_of(&photons, channel), mean_of(&reference, channel));
+        assert!((a.mean / b.mean - 1.0).abs() < 0.04, "channel {channel}: {} instead of {}", a.mean, b.mean);
     }
 }
 
