@@ -277,6 +277,26 @@ pub fn unit(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
+/// An endless stream of numbers in [0, 1) that follow from a seed (splitmix64 [Steele, Lea, Flood 2014]), where nothing asks for even ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stream(pub u64);
+
+impl Stream {
+    /// The next number.
+    #[inline]
+    pub fn u1(&mut self) -> f32 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        unit((mix(self.0) >> 32) as u32)
+    }
+
+    /// The next point in [0, 1)².
+    #[inline]
+    pub fn u2(&mut self) -> Vec2 {
+        let x = self.u1();
+        Vec2::new(x, self.u1())
+    }
+}
+
 /// The bits of x, each followed by a zero: one coordinate of the Z-curve [Morton 1966].
 #[inline]
 fn spread(x: u32) -> u64 {

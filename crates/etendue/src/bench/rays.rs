@@ -7,7 +7,7 @@
 //! | `occlusion` | there | the same, at most 3 % of the scene's diagonal away | any hit |
 //! | `shadow` | there | a point of a light, drawn as path tracers draw it | any hit |
 
-use etendue_numerics::sequence::{mix, unit};
+use etendue_numerics::sequence::Stream;
 use etendue_numerics::warp::square_to_cosine_hemisphere;
 use etendue_numerics::{Frame, Ray, Vec2, Wavelengths};
 use etendue_scene::{LightReference, Scene, View};
@@ -28,27 +28,13 @@ pub struct Kind {
     pub rays: Vec<Ray>,
 }
 
-/// Numbers in [0, 1) that follow from a place.
-struct Numbers(u64);
-
-impl Numbers {
-    fn u1(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        unit((mix(self.0) >> 32) as u32)
-    }
-
-    fn u2(&mut self) -> Vec2 {
-        Vec2::new(self.u1(), self.u1())
-    }
-}
-
 /// The scene's rays of all four kinds; the same at every call. A kind is empty where there are none (no light, nothing in view).
 pub fn kinds(scene: &Scene, view: &View) -> [Kind; 4] {
     let (crop, offset) = (view.film.crop_size, view.film.crop_offset);
     let reach = NEAR * scene.bounds.size().length();
     let [mut camera, mut bounce, mut occlusion, mut shadow] = [const { Vec::new() }; 4];
     for point in 0..POINTS * POINTS {
-        let mut u = Numbers(u64::from(point) << 32);
+        let mut u = Stream(u64::from(point) << 32);
         let place = Vec2::new((point % POINTS) as f32, (point / POINTS) as f32) + u.u2();
         let pixel = Vec2::from(offset.map(|x| x as f32)) + place / POINTS as f32 * Vec2::from(crop.map(|x| x as f32));
         let ray = view.sensor.sample_ray(pixel, u.u2(), 0.0).ray;

@@ -33,7 +33,7 @@ use etendue_numerics::math::sqr;
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 use ground::{Base, rough};
 use medium::Medium;
-use walk::Numbers;
+use walk::stream;
 
 /// What lies under the layer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -163,7 +163,7 @@ impl Scatter for Layered {
             .boundary
             .facets
             .map_or(0.0, |facets| 0.25 * fresnel::dielectric(wo.dot(m), self.boundary.eta).f * facets.dg(wo, wi, m));
-        let mut numbers = Numbers::of(wo, wi);
+        let mut numbers = stream(wo, wi);
         let walks: Spectrum = (0..self.samples).filter_map(|_| self.walk(wo, wi, &mut numbers)).sum();
         let f = Spectrum::splat(boundary) + walks * (1.0 / (sqr(self.boundary.eta) * self.samples as f32));
         if f.is_finite() { f } else { Spectrum::splat(boundary) }

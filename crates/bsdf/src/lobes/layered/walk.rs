@@ -2,26 +2,13 @@
 
 use super::Layered;
 use etendue_numerics::math::ln;
-use etendue_numerics::sequence::{mix, unit};
-use etendue_numerics::{Spectrum, Vec2, Vec3};
+use etendue_numerics::sequence::{Stream, mix};
+use etendue_numerics::{Spectrum, Vec3};
 
-/// Numbers that follow from bits.
-pub(super) struct Numbers(u64);
-
-impl Numbers {
-    pub(super) fn of(wo: Vec3, wi: Vec3) -> Self {
-        let bits = [wo.x, wo.y, wo.z, wi.x, wi.y, wi.z].map(|x| u64::from(x.to_bits()));
-        Self(bits.into_iter().fold(0x243f_6a88_85a3_08d3, |seed, x| mix(seed.rotate_left(17) ^ x)))
-    }
-
-    fn u1(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        unit((mix(self.0) >> 32) as u32)
-    }
-
-    fn u2(&mut self) -> Vec2 {
-        Vec2::new(self.u1(), self.u1())
-    }
+/// Numbers that follow from the bits of two directions.
+pub(super) fn stream(wo: Vec3, wi: Vec3) -> Stream {
+    let bits = [wo.x, wo.y, wo.z, wi.x, wi.y, wi.z].map(|x| u64::from(x.to_bits()));
+    Stream(bits.into_iter().fold(0x243f_6a88_85a3_08d3, |seed, x| mix(seed.rotate_left(17) ^ x)))
 }
 
 /// w(a, b) of the power heuristic.
@@ -32,7 +19,7 @@ fn power(a: f32, b: f32) -> f32 {
 
 impl Layered {
     /// One walk's estimate of what enters along `wo` and leaves along `wi`, without 1/η².
-    pub(super) fn walk(&self, wo: Vec3, wi: Vec3, u: &mut Numbers) -> Option<Spectrum> {
+    pub(super) fn walk(&self, wo: Vec3, wi: Vec3, u: &mut Stream) -> Option<Spectrum> {
         let Self { boundary, medium, base, .. } = self;
         let exit = boundary.enter(wi, u.u2())?;
         let entry = boundary.enter(wo, u.u2())?;
