@@ -72,10 +72,11 @@ pub(super) enum Role {
 }
 
 /// The metals whose spectra pbrt names.
-const METALS: [&str; 7] = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"];
+pub(crate) const METALS: [&str; 7] = ["Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"];
 
 /// The glasses whose indices pbrt names. `F5`, `F10` and `F11` are its names for the dense flints SF5, SF10 and SF11.
-const GLASSES: [&str; 7] = ["glass-BK7", "glass-BAF10", "glass-FK51A", "glass-LASF9", "glass-F5", "glass-F10", "glass-F11"];
+pub(crate) const GLASSES: [&str; 7] =
+    ["glass-BK7", "glass-BAF10", "glass-FK51A", "glass-LASF9", "glass-F5", "glass-F10", "glass-F11"];
 
 /// What names of the responses of cameras begin with.
 const CAMERAS: [&str; 4] = ["canon_", "hasselblad_", "nikon_", "sony_"];

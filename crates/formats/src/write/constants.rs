@@ -2,6 +2,7 @@
 
 use super::look::{float, get};
 use etendue_description::{Description, Node, SpectrumValue, Value};
+use etendue_numerics::spectrum::{SampledSpectrum, cie};
 
 const MODELS: [&str; 7] = ["uniform", "srgb", "d65", "regular", "irregular", "rawconstant", "constant"];
 
@@ -25,6 +26,19 @@ pub(super) fn folded(d: &Description, value: &Value) -> Value {
         _ => None,
     };
     folded.unwrap_or_else(|| value.clone())
+}
+
+/// The linear Rec.709 of a reflectance that does not vary; `None` of a texture, of light and of what is no colour.
+pub(super) fn rgb(value: &Value) -> Option<[f64; 3]> {
+    match value {
+        Value::Float(x) | Value::Spectrum(SpectrumValue::Constant(x)) => Some([*x; 3]),
+        Value::Integer(i) => Some([*i as f64; 3]),
+        Value::Rgb(rgb) => Some(*rgb),
+        Value::Spectrum(SpectrumValue::Samples(pairs)) => {
+            Some(cie::reflectance_to_rgb(&SampledSpectrum::new(pairs)?).map(f64::from))
+        }
+        _ => None,
+    }
 }
 
 fn colour(node: &Node, names: &[&str]) -> Option<[f64; 3]> {

@@ -1,10 +1,9 @@
 //! Pictures that must be made anew: turned over, multiplied, or textures that a format does not know evaluated over the unit square.
 
-use super::constants::folded;
+use super::constants::{folded, rgb};
 use super::look::{child, flag, float, get, matrix, text};
-use etendue_description::{Description, NodeId, SpectrumValue, Value};
+use etendue_description::{Description, NodeId, Value};
 use etendue_image::{Depth, ExrSamples, Format, Image, Picture, SaveOptions};
-use etendue_numerics::spectrum::{SampledSpectrum, cie};
 use glam::{DMat4, DVec2, DVec3, Vec3};
 use std::path::Path;
 
@@ -183,18 +182,10 @@ struct Look<'a> {
 
 impl Look<'_> {
     fn value(&self, value: &Value, uv: DVec2) -> Option<Vec3> {
-        let rgb = match folded(self.d, value) {
-            Value::Float(x) => [x; 3],
-            Value::Integer(i) => [i as f64; 3],
-            Value::Rgb(rgb) => rgb,
-            Value::Spectrum(SpectrumValue::Constant(x)) => [x; 3],
-            Value::Spectrum(SpectrumValue::Samples(pairs)) => {
-                cie::reflectance_to_rgb(&SampledSpectrum::new(&pairs)?).map(f64::from)
-            }
-            Value::Node(id) => return self.texture(id, uv),
-            _ => return None,
-        };
-        Some(DVec3::from(rgb).as_vec3())
+        match folded(self.d, value) {
+            Value::Node(id) => self.texture(id, uv),
+            even => rgb(&even).map(|rgb| DVec3::from(rgb).as_vec3()),
+        }
     }
 
     fn part(&self, id: NodeId, name: &str, default: f32, uv: DVec2) -> Option<Vec3> {
@@ -231,6 +222,12 @@ impl Look<'_> {
             _ => None,
         }
     }
+}
+
+/// 1/cosθ of the direction in which a projector throws the middle of a texel; `half` are the picture's half sizes at distance 1.
+pub(super) fn slant([w, h]: [usize; 2], half: [f64; 2], x: usize, y: usize) -> f64 {
+    let at = |i: usize, n: usize, half: f64| (2.0 * (i as f64 + 0.5) / n as f64 - 1.0) * half;
+    DVec3::new(at(x, w, half[0]), at(y, h, half[1]), 1.0).length()
 }
 
 /// Where `to_uv` takes a point.

@@ -3,7 +3,7 @@
 use etendue_description::{Attribute, AttributeKind, MeshData};
 use std::fmt::Write as _;
 
-/// The bytes of a mesh's file. Attributes that have no name in PLY are left out, and counted.
+/// The bytes of a mesh's file.
 pub(super) fn bytes(mesh: &MeshData) -> Vec<u8> {
     let of = |kind: AttributeKind| -> Vec<&Attribute> { mesh.attributes.iter().filter(|a| a.kind == kind).collect() };
     let (on_vertices, on_faces) = (of(AttributeKind::Vertex), of(AttributeKind::Face));

@@ -11,7 +11,7 @@
 
 use super::super::areas::area;
 use super::super::look::{flag, float, get, nodes_in, remove, set, text};
-use super::super::pictures::{Pixels, mean};
+use super::super::pictures::{Pixels, mean, slant};
 use super::super::surroundings;
 use super::plain::Plain;
 use etendue_description::{NodeId, SpectrumValue, Value};
@@ -101,10 +101,7 @@ impl Plain<'_, '_> {
         let tan = (0.5 * float(&node, "fov").unwrap_or(90.0)).to_radians().tan();
         // The angle is that of the smaller side.
         let half = if aspect > 1.0 { [tan * aspect, tan] } else { [tan, tan / aspect] };
-        let cos = |x: usize, y: usize| {
-            let at = |i: usize, n: usize, half: f64| (2.0 * (i as f64 + 0.5) / n as f64 - 1.0) * half;
-            1.0 / DVec3::new(at(x, w, half[0]), at(y, h, half[1]), 1.0).length()
-        };
+        let cos = |x: usize, y: usize| 1.0 / slant([w, h], half, x, y);
         let cell = 4.0 * half[0] * half[1] / (w * h) as f64;
         if let Some(power) = float(&node, "power") {
             let light = |i: usize| luminance(picture.texels[i].as_dvec3()) * cos(i % w, i / w).powi(3) * cell;

@@ -10,13 +10,13 @@
 //! | GGX with correlated masking | GGX with separable masking |
 //! | glasses that disperse | their index at 587.56 nm |
 
-use super::super::constants::folded;
+use super::super::constants::{folded, rgb};
 use super::super::layers::without_coat;
 use super::super::look::{flag, float, get, remove, rename, set, text};
 use super::super::pictures::mean;
 use super::plain::Plain;
 use etendue_description::{NodeId, SpectrumValue, Value};
-use etendue_numerics::spectrum::{SampledSpectrum, cie, ior};
+use etendue_numerics::spectrum::{SampledSpectrum, ior};
 use glam::Vec3;
 
 impl Plain<'_, '_> {
@@ -58,7 +58,7 @@ impl Plain<'_, '_> {
     fn metal(&mut self, id: NodeId) {
         let Some(given) = get(self.read.node(id), "reflectance").map(|r| folded(self.read, r)) else { return };
         remove(self.node(id), &["reflectance"]);
-        match colour(&given) {
+        match rgb(&given) {
             Some(rgb) => {
                 let k = |r: f64| 2.0 * (r.clamp(0.0, 0.9999) / (1.0 - r.clamp(0.0, 0.9999))).sqrt();
                 set(self.node(id), "eta", Value::Rgb([1.0; 3]));
@@ -132,7 +132,7 @@ impl Plain<'_, '_> {
         let eta = float(node, "int_ior").unwrap_or(1.5) / float(node, "ext_ior").unwrap_or(1.0);
         let thickness = float(node, "thickness").unwrap_or(0.01);
         let depth = float(node, "max_depth").unwrap_or(10.0) as i64;
-        if let Some(rgb) = colour(&given) {
+        if let Some(rgb) = rgb(&given) {
             let rgb = rgb.map(|rho| without_coat(rho, eta, thickness, depth));
             set(self.node(id), "diffuse_reflectance", Value::Rgb(rgb));
         }
@@ -202,18 +202,5 @@ impl Plain<'_, '_> {
         }
         set(self.node(id), "alpha", Value::Float((2.0 / (n + 2.0)).sqrt()));
         self.approximated(id, "", "`roughplastic` as rough as the exponent says");
-    }
-}
-
-/// The linear Rec.709 of a constant reflectance.
-fn colour(value: &Value) -> Option<[f64; 3]> {
-    match value {
-        Value::Float(x) | Value::Spectrum(SpectrumValue::Constant(x)) => Some([*x; 3]),
-        Value::Integer(i) => Some([*i as f64; 3]),
-        Value::Rgb(rgb) => Some(*rgb),
-        Value::Spectrum(SpectrumValue::Samples(pairs)) => {
-            Some(cie::reflectance_to_rgb(&SampledSpectrum::new(pairs)?).map(f64::from))
-        }
-        _ => None,
     }
 }

@@ -2,15 +2,12 @@
 
 use super::Writer;
 use super::list::List;
+use crate::pbrt::spectra::{GLASSES, METALS};
 use crate::write::look::{flag, float, get, text};
 use crate::write::pictures::mean;
 use etendue_description::{Node, NodeId, SpectrumValue, Value};
 use etendue_numerics::spectrum::{SampledSpectrum, cie, ior};
 use glam::{DVec3, Vec3};
-
-/// Metals and glasses whose spectra pbrt has by name.
-const METALS: [&str; 6] = ["Ag", "Al", "Au", "Cu", "MgO", "TiO2"];
-const GLASSES: [&str; 4] = ["glass-BK7", "glass-BAF10", "glass-FK51A", "glass-LASF9"];
 
 impl Writer<'_, '_> {
     /// Factors on what is specular that are not 1.

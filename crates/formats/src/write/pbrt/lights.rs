@@ -13,7 +13,7 @@ use super::Writer;
 use super::camera::tan_half_fov;
 use super::list::{List, transform};
 use crate::write::look::{flag, float, get, matrix, text, vector};
-use crate::write::pictures::{Pixels, of_bitmap};
+use crate::write::pictures::{Pixels, of_bitmap, slant};
 use crate::write::surroundings::to_equal_area;
 use etendue_description::{NodeId, Value};
 use glam::{DMat4, DVec3};
@@ -123,11 +123,8 @@ impl Writer<'_, '_> {
             self.beside.refer(self.d, path)
         } else {
             self.approximated(id, "", "a picture of its own, brighter at its edges");
-            let new = Pixels::make(w, h, |x, y| {
-                let at = |i: usize, n: usize, half: f64| (2.0 * (i as f64 + 0.5) / n as f64 - 1.0) * half;
-                let across = DVec3::new(at(x, w, half[0]), at(y, h, half[1]), 1.0).length();
-                picture.texel(x, y) * (PI * across.powi(3)) as f32
-            });
+            let brighter = |x: usize, y: usize| (PI * slant([w, h], half, x, y).powi(3)) as f32;
+            let new = Pixels::make(w, h, |x, y| picture.texel(x, y) * brighter(x, y));
             self.picture_file(path, &new)
         };
         list.string("filename", &file);
