@@ -13,24 +13,26 @@ use crate::slot::Slot;
 use crate::{BsdfSample, Event, Lobe, Perturbation, Scatter, local::stretch};
 use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3};
 
-/// What a surface does at one hit, as numbers only.
+const MAX_LOBES: usize = 8;
+
+/// What a surface does at one hit, as numbers only, and the tables of measured lobes.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'a> {
     /// The first `len` are taken. An empty slot is a tag and nothing else, so that a new surface is eight small stores.
-    slots: [Option<Slot>; Bsdf::MAX_LOBES],
+    slots: [Option<Slot<'a>>; MAX_LOBES],
     len: usize,
     events: Event,
     /// Σ select.
     total: f32,
 }
 
-impl Default for Bsdf {
+impl Default for Bsdf<'_> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<L: Into<Lobe>> From<L> for Bsdf {
+impl<'a, L: Into<Lobe<'a>>> From<L> for Bsdf<'a> {
     #[inline]
     fn from(lobe: L) -> Self {
         let mut bsdf = Self::new();
@@ -39,14 +41,14 @@ impl<L: Into<Lobe>> From<L> for Bsdf {
     }
 }
 
-impl Bsdf {
+impl<'a> Bsdf<'a> {
     /// How many lobes one surface may have.
-    pub const MAX_LOBES: usize = 8;
+    pub const MAX_LOBES: usize = MAX_LOBES;
 
     /// A surface that absorbs all light.
     #[inline]
     pub const fn new() -> Self {
-        Self { slots: [None; Self::MAX_LOBES], len: 0, events: Event::NONE, total: 0.0 }
+        Self { slots: [None; MAX_LOBES], len: 0, events: Event::NONE, total: 0.0 }
     }
 
     /// How many lobes it has: a mark for the `_since` methods.
@@ -71,13 +73,13 @@ impl Bsdf {
     /// Adds `weight` times a lobe; weights that are not positive numbers add nothing. `false` where there is no room: the
     /// number of lobes is known when a scene is compiled, and should be checked there.
     #[inline]
-    pub fn push(&mut self, weight: f32, lobe: impl Into<Lobe>) -> bool {
+    pub fn push(&mut self, weight: f32, lobe: impl Into<Lobe<'a>>) -> bool {
         let lobe = lobe.into();
         self.insert(weight, lobe, None)
     }
 
     #[inline]
-    fn insert(&mut self, weight: f32, lobe: Lobe, frame: Option<Perturbation>) -> bool {
+    fn insert(&mut self, weight: f32, lobe: Lobe<'a>, frame: Option<Perturbation>) -> bool {
         if !(weight > 0.0 && weight.is_finite()) {
             return true;
         }
@@ -165,23 +167,23 @@ impl Bsdf {
     }
 
     #[inline]
-    fn lobes(&self) -> impl Iterator<Item = &Slot> {
+    fn lobes(&self) -> impl Iterator<Item = &Slot<'a>> {
         self.slots.iter().map_while(Option::as_ref)
     }
 
     /// The lobe, where there is just one.
     #[inline]
-    fn only(&self) -> Option<&Slot> {
+    fn only(&self) -> Option<&Slot<'a>> {
         if self.len == 1 { self.slots[0].as_ref() } else { None }
     }
 
     /// The lobe whose share of [0, total) holds u1, and u1 stretched over that share.
-    fn choose(&self, u1: f32) -> Option<(usize, &Slot, f32)> {
+    fn choose(&self, u1: f32) -> Option<(usize, &Slot<'a>, f32)> {
         let mut at = u1 * self.total;
         let mut chosen = None;
         for (k, slot) in self.lobes().enumerate().filter(|(_, slot)| slot.select > 0.0) {
             if let Some((_, before, _)) = chosen {
-                let before: &Slot = before;
+                let before: &Slot<'_> = before;
                 at -= before.select;
             }
             // Rounding may carry u1 beyond the last share: then the last lobe has it.
@@ -230,7 +232,7 @@ impl Bsdf {
     }
 }
 
-impl Scatter for Bsdf {
+impl Scatter for Bsdf<'_> {
     #[inline]
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self.only() {

@@ -4,27 +4,27 @@ use crate::{BsdfSample, Event, Scatter, lobes::*};
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
 macro_rules! lobes {
-    ($($name:ident),+ $(,)?) => {
-        /// One scattering model with resolved numbers.
+    ($($name:ident $(<$a:lifetime>)?),+ $(,)?) => {
+        /// One scattering model with resolved numbers; measured ones look into a table.
         #[derive(Clone, Copy, Debug, PartialEq)]
-        pub enum Lobe {
+        pub enum Lobe<'a> {
             $(
                 #[doc = concat!("[`", stringify!($name), "`]")]
-                $name($name),
+                $name($name $(<$a>)?),
             )+
         }
 
         $(
-            impl From<$name> for Lobe {
+            impl<'a> From<$name $(<$a>)?> for Lobe<'a> {
                 #[inline]
-                fn from(lobe: $name) -> Self {
+                fn from(lobe: $name $(<$a>)?) -> Self {
                     Self::$name(lobe)
                 }
             }
         )+
 
         /// The way round for all but the commonest lobe, which is worth having in line where it is called.
-        impl Lobe {
+        impl Lobe<'_> {
             #[inline(never)]
             fn sample_any(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
                 match self { $(Self::$name(lobe) => lobe.sample(wo, u1, u2),)+ }
@@ -36,7 +36,7 @@ macro_rules! lobes {
             }
         }
 
-        impl Scatter for Lobe {
+        impl Scatter for Lobe<'_> {
             #[inline]
             fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
                 match self { $(Self::$name(lobe) => lobe.eval(wo, wi),)+ }
@@ -100,11 +100,11 @@ macro_rules! lobes {
     };
 }
 
-impl Lobe {
+impl Lobe<'_> {
     /// Whether [`Scatter::sample`] looks at its number `u1`.
     #[inline]
     pub fn has_choice(&self) -> bool {
-        !matches!(self, Self::Diffuse(_) | Self::Conductor(_) | Self::RoughConductor(_) | Self::Null(_))
+        !matches!(self, Self::Diffuse(_) | Self::Conductor(_) | Self::RoughConductor(_) | Self::Measured(_) | Self::Null(_))
     }
 
     /// Whether f(wo, wi) belongs to the side of `wo`, and is another where light and eye change places.
@@ -130,5 +130,6 @@ lobes!(
     Layered,
     DiffuseTransmission,
     Hair,
+    Measured<'a>,
     Null,
 );

@@ -7,15 +7,15 @@ use etendue_numerics::{Spectrum, Vec2, Vec3};
 
 /// A lobe with its weight and frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Slot {
-    pub lobe: Lobe,
+pub(crate) struct Slot<'a> {
+    pub lobe: Lobe<'a>,
     pub frame: Option<Perturbation>,
     pub weight: f32,
     /// w_k · reflectance: q_k before normalisation.
     pub select: f32,
 }
 
-impl Slot {
+impl Slot<'_> {
     /// w_k f_k, in shading coordinates.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {

@@ -1,4 +1,4 @@
-//! Data too large for parameters: triangle meshes and voxel grids, checked when they were read.
+//! Data too large for parameters: triangle meshes, voxel grids and measured materials, checked when they were read.
 
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -12,6 +12,8 @@ pub struct Assets {
     pub meshes: Vec<Arc<MeshData>>,
     /// Voxel grids.
     pub grids: Vec<Arc<GridData>>,
+    /// Measured materials.
+    pub measured: Vec<Arc<MeasuredData>>,
     /// Files that came with the scene's text and lie on no disk: a [`crate::Value::Path`] is looked up here first.
     pub files: BTreeMap<PathBuf, Arc<[u8]>>,
 }
@@ -117,4 +119,38 @@ pub struct GridData {
     pub bounds: etendue_numerics::Bounds3,
     /// The numbers.
     pub data: Vec<f32>,
+}
+
+/// Numbers on a grid, row by row; where there are several grids one behind the other.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TableData {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// The numbers.
+    pub values: Vec<f32>,
+}
+
+/// A measured material, in the coordinates of its microfacets [Dupuy, Jakob 2018]. All sizes agree, and all numbers are finite.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeasuredData {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// Azimuths of the given direction, rising.
+    pub phi: Vec<f32>,
+    /// Elevations of it, rising.
+    pub theta: Vec<f32>,
+    /// Wavelengths of `spectra`, nm, rising; none where it holds red, green and blue.
+    pub wavelengths: Vec<f32>,
+    /// Density of normals.
+    pub ndf: TableData,
+    /// The area that they show.
+    pub sigma: TableData,
+    /// Density of the normals that are seen, by azimuth and elevation.
+    pub vndf: TableData,
+    /// What they reflect, likewise.
+    pub luminance: TableData,
+    /// The same by channel.
+    pub spectra: TableData,
+    /// Whether `ndf` and `sigma` are still to be multiplied with.
+    pub jacobian: bool,
 }

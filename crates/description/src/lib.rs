@@ -12,7 +12,7 @@ pub mod params;
 mod render;
 pub mod source;
 
-pub use asset::{Assets, Attribute, AttributeKind, GridData, Group, MeshData};
+pub use asset::{Assets, Attribute, AttributeKind, GridData, Group, MeasuredData, MeshData, TableData};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, nearest};
 pub use node::{Description, Dialect, Kind, Node, NodeId, Param, SpectrumValue, Value};
 pub use params::Params;

@@ -135,6 +135,8 @@ pub enum Value {
     Mesh(u32),
     /// A grid among the assets.
     Grid(u32),
+    /// A measured material among the assets.
+    Measured(u32),
 }
 
 /// A spectrum as files write it.
@@ -169,6 +171,7 @@ impl Value {
             Self::Node(_) => "object",
             Self::Mesh(_) => "mesh",
             Self::Grid(_) => "grid",
+            Self::Measured(_) => "measured material",
         }
     }
 }

@@ -1,8 +1,8 @@
-//! The meshes and grids that a scene names: each file is read once, all of them in parallel, with the same result at any number of threads.
+//! The meshes, grids and measured materials that a scene names: each file is read once, all of them in parallel, with the same result at any number of threads.
 
 use crate::files::{Files, plain, reason};
 use crate::mesh::{self, FileError, Loaded, Place};
-use etendue_description::{Description, Diagnostics, GridData, MeshData, NodeId, Span, Value};
+use etendue_description::{Description, Diagnostics, GridData, MeasuredData, MeshData, NodeId, Span, Value};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,12 +29,14 @@ pub(crate) enum Format {
     Ply { flip_v: bool },
     Serialized { index: usize },
     Vol,
+    Measured,
 }
 
 /// What a file held.
 enum Content {
     Mesh(Loaded),
     Grid(GridData),
+    Measured(MeasuredData),
 }
 
 impl Wanted {
@@ -66,6 +68,11 @@ impl Wanted {
                     let i = description.assets.grids.len() as u32;
                     description.assets.grids.push(Arc::new(GridData { path: request.path.clone(), ..grid }));
                     request.hand_out(description, &Value::Grid(i));
+                }
+                Ok(Content::Measured(data)) => {
+                    let i = description.assets.measured.len() as u32;
+                    description.assets.measured.push(Arc::new(MeasuredData { path: request.path.clone(), ..data }));
+                    request.hand_out(description, &Value::Measured(i));
                 }
                 Err(errors) => {
                     for error in errors {
@@ -114,5 +121,6 @@ fn load(request: &Request, files: Files) -> Result<Content, Vec<FileError>> {
         Format::Ply { flip_v } => mesh::ply::read(&bytes, flip_v).map(Content::Mesh),
         Format::Serialized { index } => mesh::serialized::read(&bytes, index).map(Content::Mesh),
         Format::Vol => mesh::vol::read(&bytes).map(Content::Grid),
+        Format::Measured => crate::measured::read(&bytes).map(Content::Measured),
     }
 }

@@ -10,6 +10,7 @@
 //! | `.pbrt`, `.pbrt.gz` | pbrt-v4 scenes | `pbrt` |
 //! | `.obj`, `.ply`, `.serialized` | triangle meshes that a scene names | [`mesh`] |
 //! | `.vol` | voxel grids that a scene names | [`mesh::vol`] |
+//! | `.bsdf` | measured materials that a scene names | [`measured`] |
 //! | `.spd` | spectra that a scene names | `spd` |
 //!
 //! [`mod@write`] goes the other way, from a description to Mitsuba's and pbrt's texts.
@@ -19,10 +20,12 @@
 mod assets;
 mod encoding;
 mod files;
+pub mod measured;
 pub mod mesh;
 mod mitsuba;
 mod pbrt;
 mod spd;
+mod tensor;
 pub mod write;
 pub mod xml;
 

@@ -3,6 +3,7 @@
 //! `PROPTEST_CASES=1000000 cargo test --release -p etendue-formats --test mutations` searches longer.
 
 use etendue_description::MeshData;
+use etendue_formats::measured;
 use etendue_formats::mesh::{Loaded, obj, ply, serialized, vol};
 use etendue_formats::{ReadOptions, read_str, xml};
 use proptest::prelude::*;
@@ -251,13 +252,25 @@ proptest! {
     }
 
     #[test]
+    fn measured_materials(edits in edits(TEXT_WORDS)) {
+        if let Ok(data) = measured::read(&broken(&corpus("bsdf"), edits)) {
+            let grids = data.phi.len() * data.theta.len();
+            let channels = if data.wavelengths.is_empty() { 3 } else { data.wavelengths.len() };
+            for (table, n) in [(&data.ndf, 1), (&data.sigma, 1), (&data.vndf, grids), (&data.luminance, grids), (&data.spectra, grids * channels)] {
+                prop_assert_eq!(table.values.len(), table.size[0] * table.size[1] * n);
+                prop_assert!(table.values.iter().all(|x| x.is_finite()));
+            }
+        }
+    }
+
+    #[test]
     fn noise(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
         let text = String::from_utf8_lossy(&bytes);
         let (description, diagnostics) = read_str("no-folder/s.xml", &text, &ReadOptions::default());
         let _ = diagnostics.render(&description.sources);
         let (description, diagnostics) = read_str("no-folder/s.pbrt", &text, &ReadOptions::default());
         let _ = diagnostics.render(&description.sources);
-        let _ = (obj::read(&bytes, true), ply::read(&bytes, true), serialized::read(&bytes, 0), vol::read(&bytes));
+        let _ = (obj::read(&bytes, true), ply::read(&bytes, true), serialized::read(&bytes, 0), vol::read(&bytes), measured::read(&bytes));
     }
 }
 
@@ -275,13 +288,13 @@ fn pbrt_scenes_cut_at_every_byte() {
 #[test]
 fn files_cut_at_every_byte() {
     // A binary PLY cut one byte before the end of its vertices was once read beyond its end.
-    for bytes in ["xml", "obj", "ply", "serialized", "vol"].into_iter().flat_map(corpus) {
+    for bytes in ["xml", "obj", "ply", "serialized", "vol", "bsdf"].into_iter().flat_map(corpus) {
         for end in 0..bytes.len() {
             let cut = &bytes[..end];
             let text = String::from_utf8_lossy(cut);
             let (description, diagnostics) = read_str("no-folder/s.xml", &text, &ReadOptions::default());
             assert!(!diagnostics.render(&description.sources).is_empty() || end + 1 == bytes.len());
-            let _ = (obj::read(cut, true), ply::read(cut, true), serialized::read(cut, 1), vol::read(cut));
+            let _ = (obj::read(cut, true), ply::read(cut, true), serialized::read(cut, 1), vol::read(cut), measured::read(cut));
         }
     }
 }

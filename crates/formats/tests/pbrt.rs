@@ -389,15 +389,13 @@ fn blocks_names_and_places() {
 }
 
 #[test]
-fn spectra_and_measurements_that_are_not_there() {
+fn spectra_that_are_not_there() {
     let glass = world("Material \"dielectric\" \"spectrum eta\" \"glass-BK8\"");
     assert!(glass[0].starts_with(
         "s.pbrt:2:39 error: the spectrum `glass-BK8` is not known here | did you mean `glass-BK7`? | known: metal-Ag-eta, "
     ));
     let camera = world("Material \"conductor\" \"spectrum eta\" \"nikon_d850_g\"");
     assert!(camera[0].starts_with("s.pbrt:2:38 error: `nikon_d850_g` is how a camera's sensor answers"), "{camera:?}");
-    let measured = world("Material \"measured\" \"string filename\" \"a.bsdf\"");
-    assert!(measured[0].starts_with("s.pbrt:2:40 error: the material `measured` is refused: what `a.bsdf` holds"), "{measured:?}");
 }
 
 /// Fibres have as many steps as they bend, and are seen from outside whatever the state says.

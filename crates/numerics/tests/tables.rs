@@ -1,7 +1,7 @@
 //! Tables against their densities and their inverses, with zeros, lopsided weights and u at the ends.
 
 use etendue_check::{ChiSquareTest, Interval, Square, integrate_square, rng};
-use etendue_numerics::table::{Bilinear2D, Table1D, Table2D, sample_linear};
+use etendue_numerics::table::{Bilinear2D, Sheets, Table1D, Table2D, Warp, sample_linear};
 use etendue_numerics::{Vec2, math::ONE_MINUS_EPSILON};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -33,6 +33,42 @@ fn draws_follow_the_table() {
     assert!((table.pdf(Vec2::new(1.5 / 6.0, 1.5 / 4.0)) * scale - middle).abs() < 1e-3);
     let mass = integrate_square(|x, y| f64::from(table.pdf(Vec2::new(x as f32, y as f32))));
     assert!((mass - 1.0).abs() < 1e-4, "{mass}");
+}
+
+/// Sheets for two parameters, one of them a sheet without weight: between them the density is what is drawn, and the inverse leads back.
+#[test]
+fn sheets_are_mixed_exactly() {
+    let (w, h) = (5, 4);
+    let axes = [vec![-1.0, 0.5], vec![0.0, 1.0, 3.0]];
+    let nodes: Vec<f32> = (0..6 * w * h).map(|i| if i / (w * h) == 4 { 0.0 } else { ((i * i) % 13) as f32 }).collect();
+    let sheets = Sheets::new([w, h], axes.clone(), nodes.clone()).expect("a table");
+    // At a node of a sheet, halfway between two of the second parameter.
+    let around = sheets.around([-1.0, 2.0]);
+    let mean = 0.5 * (nodes[w * h + 7] + nodes[2 * w * h + 7]);
+    assert!((sheets.eval(Vec2::new(0.5, 1.0 / 3.0), &around) - mean).abs() < 1e-5);
+
+    let warp = Warp::new(sheets);
+    for parameters in [[-0.3, 0.4], [0.5, 1.0], [9.0, 9.0], [-9.0, -9.0], [0.1, 2.5]] {
+        let around = warp.around(parameters);
+        let report =
+            ChiSquareTest::new(Square).run(|u| Some(warp.sample(Vec2::new(u[0], u[1]), &around).0), |p| warp.pdf(p, &around));
+        assert!(report.passes(ALPHA), "{parameters:?}: {report}");
+        let mass = integrate_square(|x, y| f64::from(warp.pdf(Vec2::new(x as f32, y as f32), &around)));
+        assert!((mass - 1.0).abs() < 1e-4, "{parameters:?}: {mass}");
+        let mut r = rng(4);
+        for _ in 0..2_000 {
+            let u = r.u2();
+            let (p, density) = warp.sample(u, &around);
+            let (back, again) = warp.invert(p, &around);
+            assert!((back - u).abs().max_element() < 1e-4 && (density - again).abs() < 1e-3 * density.max(1.0), "{u} {back}");
+        }
+        for u in [Vec2::ZERO, Vec2::splat(ONE_MINUS_EPSILON)] {
+            let (p, density) = warp.sample(u, &around);
+            assert!(p.min_element() >= 0.0 && p.max_element() < 1.0 && density.is_finite(), "{u} {p} {density}");
+        }
+    }
+    assert!(Sheets::new([1, 4], [], vec![0.0; 4]).is_none() && Sheets::new([2, 2], [], vec![0.0; 3]).is_none());
+    assert!(Sheets::new([2, 2], [vec![0.0, 0.0]], vec![0.0; 8]).is_none() && Sheets::new([2, 2], [vec![]], vec![]).is_none());
 }
 
 #[test]

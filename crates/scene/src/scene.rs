@@ -128,14 +128,14 @@ impl Scene {
 
     /// f(·, x, ·): the material at x, evaluated once.
     #[inline]
-    pub fn bsdf(&self, x: &Interaction, wl: &Wavelengths) -> Bsdf {
+    pub fn bsdf(&self, x: &Interaction, wl: &Wavelengths) -> Bsdf<'_> {
         let material = self.surface(x.surface).material;
         self.material(material).evaluate(self, x, wl)
     }
 
     /// The same into an empty `Bsdf`, where it stays.
     #[inline]
-    pub fn bsdf_into(&self, x: &Interaction, wl: &Wavelengths, to: &mut Bsdf) {
+    pub fn bsdf_into<'s>(&'s self, x: &Interaction, wl: &Wavelengths, to: &mut Bsdf<'s>) {
         let material = self.surface(x.surface).material;
         self.material(material).evaluate_into(self, x, wl, to);
     }

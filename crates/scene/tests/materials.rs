@@ -71,7 +71,7 @@ fn directions() -> impl Iterator<Item = Vec3> {
     })
 }
 
-fn bsdf(scene: &Scene, wo: Vec3, uv: Vec2) -> Bsdf {
+fn bsdf(scene: &Scene, wo: Vec3, uv: Vec2) -> Bsdf<'_> {
     scene.bsdf(&seen_at(SurfaceId(0), wo, uv), &RGB)
 }
 

@@ -78,7 +78,7 @@ const CANDIDATES: [Candidate; 3] = [
 
 /// What the trial found.
 #[derive(Clone, Debug, Default)]
-struct Trial {
+struct Trial<'a> {
     /// Pixels of the picture.
     pixels: f64,
     /// Σ h by block.
@@ -92,9 +92,9 @@ struct Trial {
     /// Σ h w of the strategies with s ≥ 2.
     from_lights: f64,
     /// Surfaces that eye walks met first by mirrors alone.
-    seen: Vec<PathVertex>,
+    seen: Vec<PathVertex<'a>>,
     /// Surfaces to which light came first by mirrors alone, and the lamp that it came from.
-    focused: Vec<(EmitterId, PathVertex)>,
+    focused: Vec<(EmitterId, PathVertex<'a>)>,
     /// Walks that went from a surface into mirrors alone.
     tries: u32,
     /// Those of them that hit a lamp.
@@ -123,8 +123,8 @@ pub fn advise(scene: &Scene, view: usize, rules: PathRules) -> Advice {
     trial.best(&|name| can(name))
 }
 
-impl Trial {
-    fn of(scene: &Scene, view: usize, rules: PathRules) -> Self {
+impl<'a> Trial<'a> {
+    fn of(scene: &'a Scene, view: usize, rules: PathRules) -> Self {
         let all = Bidirectional { exponent: 1, ..Bidirectional::default() }.strategies_of(scene, view, rules);
         let film = &all.view.film;
         let [corner, size] = [film.crop_offset, film.crop_size].map(|[x, y]| Vec2::new(x as f32, y as f32));
@@ -179,7 +179,7 @@ impl Trial {
     }
 
     /// Notes what mirrors did to the walks.
-    fn look_at_mirrors(&mut self, scene: &Scene, paths: &Paths) {
+    fn look_at_mirrors(&mut self, scene: &Scene, paths: &Paths<'a>) {
         // The first surface that scatters into more than a discrete few directions, and whether the walk came there by mirrors.
         let first = |walk: &[PathVertex]| {
             let i = walk.iter().position(|v| !v.is_dirac && v.vertex.is_smooth())?;

@@ -89,14 +89,6 @@ impl Hair {
         Self { sigma_a, lanes: local::clean(p.lanes), eta, v: [v, 0.25 * v, 4.0 * v, 4.0 * v], s, tilt, beta: m.min(n) }
     }
 
-    /// The absorption of a fibre that many of its kind would give the colour `c` [Chiang et al. 2016, eq. 9].
-    pub fn absorption_of(c: Spectrum, beta_n: f32) -> Spectrum {
-        let b = beta_n;
-        let scale = 5.969 + b * (-0.215 + b * (2.532 + b * (-10.73 + b * (5.574 + b * 0.245))));
-        let lane = |c: f32| sqr(ln(c.clamp(1e-4, 1.0)) / scale);
-        Spectrum([lane(c[0]), lane(c[1]), lane(c[2]), lane(c[3])].into())
-    }
-
     /// None from within the fibre, and where ωo runs along it.
     fn seen(&self, wo: Vec3) -> Option<Seen> {
         let cos_o = wo.y.hypot(wo.z);

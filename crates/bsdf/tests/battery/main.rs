@@ -23,6 +23,7 @@ mod moments;
 mod reciprocity;
 mod robustness;
 mod saboteurs;
+mod tabulated;
 
 use etendue_numerics::Vec3;
 

@@ -1,7 +1,9 @@
 //! The rows of the battery: a row per parameterisation.
 
+use crate::tabulated::{Resolution, table};
 use etendue_bsdf::{Bsdf, Lobe, Ndf, Perturbation, lobes::*};
-use etendue_numerics::{Spectrum, Vec3};
+use etendue_numerics::{Spectrum, Vec3, Wavelengths};
+use std::sync::LazyLock;
 
 /// What becomes of the light.
 #[derive(Clone, Copy, PartialEq)]
@@ -17,7 +19,7 @@ pub enum Energy {
 /// One parameterisation.
 pub struct Row {
     pub name: String,
-    pub bsdf: Bsdf,
+    pub bsdf: Bsdf<'static>,
     pub energy: Energy,
     /// Whether f(wo, wi) = η² f(wi, wo) holds everywhere; where not, it must hold where both are seen, or `bent`.
     pub reciprocal: bool,
@@ -26,7 +28,7 @@ pub struct Row {
 }
 
 impl Row {
-    fn new(name: impl Into<String>, bsdf: impl Into<Bsdf>, energy: Energy) -> Self {
+    fn new(name: impl Into<String>, bsdf: impl Into<Bsdf<'static>>, energy: Energy) -> Self {
         Self { name: name.into(), bsdf: bsdf.into(), energy, reciprocal: true, bent: false }
     }
 
@@ -172,7 +174,7 @@ fn sums() -> Vec<Row> {
     let glass: Lobe =
         RoughDielectric::new(RoughDielectricParams { ndf: Ndf::Ggx, alpha_u: 0.3, alpha_v: 0.3, ..Default::default() }).into();
     let plastic: Lobe = Plastic::new(Default::default()).into();
-    let sum = |parts: &[(f32, Lobe)]| {
+    let sum = |parts: &[(f32, Lobe<'static>)]| {
         let mut bsdf = Bsdf::new();
         for &(weight, lobe) in parts {
             assert!(bsdf.push(weight, lobe));
@@ -249,7 +251,24 @@ fn hair() -> Vec<Row> {
     ]
 }
 
+/// Metals as a photometer would have seen them, coarsely: reciprocal as far as their tables are.
+fn measured() -> Vec<Row> {
+    const FEW: Resolution = Resolution { normals: 24, square: 12, theta: 6, phi: 7, part: 1.0 };
+    static TABLES: LazyLock<[(&str, MeasuredTable); 4]> = LazyLock::new(|| {
+        [
+            ("isotropic", table([0.4, 0.4], &FEW)),
+            ("brushed", table([0.6, 0.3], &FEW)),
+            ("brushed, half the circle", table([0.6, 0.3], &Resolution { part: 0.5, ..FEW })),
+            ("brushed, a quarter", table([0.6, 0.3], &Resolution { part: 0.25, phi: 4, ..FEW })),
+        ]
+    });
+    let row = |(name, table): &'static (&str, MeasuredTable)| {
+        Row::new(format!("measured, {name}"), Measured::new(table, &Wavelengths::Rgb), Energy::AtLeast(0.2)).bent()
+    };
+    TABLES.iter().map(row).collect()
+}
+
 /// All of them.
 pub fn rows() -> Vec<Row> {
-    [smooth(), rough(), principled(), coated(), hair(), sums()].into_iter().flatten().collect()
+    [smooth(), rough(), principled(), coated(), hair(), measured(), sums()].into_iter().flatten().collect()
 }

@@ -121,7 +121,7 @@ static BOUNDARIES: LazyLock<Vec<RoughTransmittance>> = LazyLock::new(|| {
         .to_vec()
 });
 
-fn lobe() -> impl Strategy<Value = Lobe> {
+fn lobe() -> impl Strategy<Value = Lobe<'static>> {
     (0..12usize, prop::array::uniform16(number()), prop::array::uniform3(spectrum()), any::<[bool; 3]>()).prop_map(
         |(kind, x, s, b)| {
             let ndf = if b[0] { Ndf::Ggx } else { Ndf::Beckmann };

@@ -23,7 +23,7 @@ enum Fault {
 }
 
 struct Saboteur {
-    inner: Bsdf,
+    inner: Bsdf<'static>,
     fault: Fault,
 }
 
@@ -77,19 +77,19 @@ impl Scatter for Saboteur {
 
 const WO: Vec3 = Vec3::new(0.36, -0.48, 0.8);
 
-fn metal() -> Bsdf {
+fn metal() -> Bsdf<'static> {
     RoughConductor::new(RoughConductorParams { alpha_u: 0.3, alpha_v: 0.3, ..Default::default() }).into()
 }
 
-fn glass() -> Bsdf {
+fn glass() -> Bsdf<'static> {
     RoughDielectric::new(RoughDielectricParams { alpha_u: 0.3, alpha_v: 0.3, ..Default::default() }).into()
 }
 
-fn chi_square_sees(inner: Bsdf, fault: Fault) -> bool {
+fn chi_square_sees(inner: Bsdf<'static>, fault: Fault) -> bool {
     !chi_square::report(&Saboteur { inner, fault }, WO, 1).passes(1e-7)
 }
 
-fn moments_see(inner: Bsdf, fault: Fault) -> bool {
+fn moments_see(inner: Bsdf<'static>, fault: Fault) -> bool {
     moments::differences(&Saboteur { inner, fault }, WO, 1).iter().any(|(p, _)| *p < 1e-7)
 }
 

@@ -1,4 +1,4 @@
-//! The files that objects name: meshes and grids are noted, to be read; others are only found.
+//! The files that objects name: meshes, grids and measured materials are noted, to be read; others are only found.
 
 use super::Reader;
 use crate::assets::Format;
@@ -22,6 +22,7 @@ impl Reader<'_> {
             (Kind::Shape, "ply") => Some(Format::Ply { flip_v: self.flag(id, "flip_tex_coords", false) }),
             (Kind::Shape, "serialized") => Some(Format::Serialized { index: self.shape_index(id) }),
             (Kind::Shape, "sdfgrid") | (Kind::Volume, "gridvolume") => Some(Format::Vol),
+            (Kind::Bsdf, "measured") => Some(Format::Measured),
             _ => None,
         };
         let Some(path) = self.find_file(&name, span, folders) else { return };

@@ -7,15 +7,17 @@
 //! | `thindielectric`, `diffusetransmission` | the same |
 //! | `interface`, `mix` | `null`, `blendbsdf` |
 //! | `displacement`, `normalmap` | `bumpmap`, `normalmap` around the model |
-//! | `subsurface`, `measured` | refused, the latter with its file's name |
+//! | `measured` | the same, `twosided` |
+//! | `subsurface` | refused |
 
 use super::spectra::{Role, metal};
 use super::values::{List, Type, Values};
 use super::{Named, Reader, child, param};
+use crate::assets::Format;
 use etendue_description::{Kind, NodeId, Param, Span, Spanned, Value};
 use etendue_numerics::spectrum::ior;
 
-const MATERIALS: [&str; 10] = [
+const MATERIALS: [&str; 11] = [
     "diffuse",
     "coateddiffuse",
     "coatedconductor",
@@ -26,6 +28,7 @@ const MATERIALS: [&str; 10] = [
     "interface",
     "mix",
     "hair",
+    "measured",
 ];
 
 const REFUSED: [(&str, &str); 12] = [
@@ -178,13 +181,17 @@ impl Reader<'_> {
                 (node, false)
             }
             "measured" => {
-                let file = list.text_opt(&mut self.diagnostics, "filename");
-                let (file, at) = file.map_or(("its file".to_owned(), span), |(name, at)| (format!("`{name}`"), at));
-                let text = format!(
-                    "the material `measured` is refused: what {file} holds, tabulated measurements, cannot be rendered yet"
-                );
-                self.diagnostics.error(at, text).help("`conductor` or `coateddiffuse` with a `roughness` comes near");
-                return self.default_material(span);
+                let Some((file, at)) = list.text_opt(&mut self.diagnostics, "filename") else {
+                    if !list.has("filename") {
+                        self.diagnostics.error(span, "a `measured` material needs the `filename` of what was measured");
+                    }
+                    return self.default_material(span);
+                };
+                let Some(path) = self.find(&file, at) else { return self.default_material(span) };
+                let params = vec![param("filename", Value::Path(path.clone()), at)];
+                let (inner, two_sided) = reflects(self, "measured", params);
+                self.wanted.note(path, Format::Measured, inner, at);
+                (inner, two_sided)
             }
             _ => {
                 self.unknown_model(list, "material", name, &MATERIALS, &REFUSED);

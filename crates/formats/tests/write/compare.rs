@@ -106,6 +106,7 @@ fn value(d: &Description, name: &str, value: &Value, out: &mut Vec<Token>) {
         Value::Path(path) => word(out, &content(path)),
         Value::Node(id) => node(d, *id, out),
         Value::Grid(i) => word(out, &format!("{:?}", d.assets.grids[*i as usize].data)),
+        Value::Measured(i) => word(out, &format!("{:?}", d.assets.measured[*i as usize].spectra)),
         Value::Mesh(i) => {
             let m = &d.assets.meshes[*i as usize];
             word(out, &format!("{:?} {:?} {:?} {:?} {:?}", m.positions, m.normals, m.uvs, m.indices, m.attributes));

@@ -4,12 +4,13 @@
 //! wavelength. Code above works on lanes alike and never asks which mode it is in.
 //!
 //! Beside it: what lanes stand for ([`Wavelengths`]), spectra of colours ([`upsample`], [`curve`]), the observer and what turns spectra into linear Rec.709 ([`cie`]), tabulated spectra as inert data ([`sampled`]), the refractive
-//! indices that have names ([`ior`]), and so the [`illuminants`].
+//! indices that have names ([`ior`]), and so the [`illuminants`]; what darkens hair ([`pigment`]).
 
 pub mod cie;
 pub mod curve;
 pub mod illuminants;
 pub mod ior;
+pub mod pigment;
 pub mod sampled;
 pub mod upsample;
 mod wavelengths;

@@ -1,4 +1,4 @@
-//! Tabulated densities in one and two dimensions: piecewise constant, bilinear, and discrete choice.
+//! Tabulated densities in one and two dimensions: piecewise constant, bilinear, bilinear with parameters, and discrete choice.
 //!
 //! | symbol | meaning |
 //! | --- | --- |
@@ -15,10 +15,12 @@
 
 mod bilinear;
 mod one;
+mod sheets;
 mod two;
 
 pub use bilinear::{Bilinear2D, sample_linear};
 pub use one::Table1D;
+pub use sheets::{Around, Sheets, Warp};
 pub use two::Table2D;
 
 use crate::math::ONE_MINUS_EPSILON;

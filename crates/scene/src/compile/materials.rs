@@ -27,6 +27,7 @@ const MODELS: &[&str] = &[
     "coatedconductor",
     "diffusetransmission",
     "hair",
+    "measured",
     "null",
     "mask",
     "blendbsdf",
@@ -37,7 +38,6 @@ const MODELS: &[&str] = &[
 
 /// Models that Mitsuba knows and that are refused here, with the reason.
 const REFUSED: &[(&str, &str)] = &[
-    ("measured", "tabulated measurements cannot be rendered yet"),
     ("measured_polarized", "étendue does not track polarisation"),
     ("polarizer", "étendue does not track polarisation"),
     ("circular", "étendue does not track polarisation"),
@@ -116,6 +116,7 @@ impl<'a> Compiler<'a> {
             "coatedconductor" => Some(self.coated_conductor(p)),
             "diffusetransmission" => Some(self.diffuse_transmission(p)),
             "hair" => Some(self.hair(p)),
+            "measured" => self.measured(p),
             "null" => Some(Null.into()),
             "mask" => self.mask(p),
             "blendbsdf" => self.blend(p),

@@ -31,7 +31,7 @@ impl Model for Blend {
         self.lobes
     }
 
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         let w = at.scalar(&self.weight).clamp(0.0, 1.0);
         for (share, material) in [1.0 - w, w].into_iter().zip(self.nested) {
             if share > 0.0 {

@@ -37,7 +37,7 @@ impl Single for CoatedDiffuse {
         Event::REFLECT.with(Event::DIFFUSE).with(boundary)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let reflectance: Spectrum = at.color(&self.reflectance);
         lobes::CoatedDiffuse::new(CoatedDiffuseParams { reflectance, ..self.params }, &self.coat).into()
     }
@@ -100,7 +100,7 @@ impl Single for Layered {
         events
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let ground = match &self.ground {
             LayerGround::Diffuse(rho) => Ground::Diffuse(at.color(rho)),
             LayerGround::Metal(metal, roughness) => {

@@ -46,7 +46,7 @@ impl Single for Conductor {
         Event::REFLECT.with(Event::DELTA)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         lobes::Conductor::new(self.params(at)).into()
     }
 }
@@ -65,7 +65,7 @@ impl Single for RoughConductor {
         Event::REFLECT.with(Event::GLOSSY)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let r = &self.roughness;
         let [alpha_u, alpha_v] = r.at(at);
         let conductor = self.metal.params(at);

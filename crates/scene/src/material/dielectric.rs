@@ -48,7 +48,7 @@ impl Single for Dielectric {
         BOTH.with(Event::DELTA)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         lobes::Dielectric::new(self.params(at)).into()
     }
 }
@@ -62,7 +62,7 @@ impl Single for ThinDielectric {
         Event::REFLECT.with(Event::NULL).with(Event::DELTA)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         lobes::ThinDielectric::new(self.0.params(at)).into()
     }
 }
@@ -81,7 +81,7 @@ impl Single for RoughDielectric {
         BOTH.with(Event::GLOSSY)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let r = &self.roughness;
         let [alpha_u, alpha_v] = r.at(at);
         let dielectric = self.interface.params(at);

@@ -21,7 +21,7 @@ impl Single for Diffuse {
     }
 
     #[inline]
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         lobes::Diffuse::new(DiffuseParams { reflectance: at.color(&self.reflectance) }).into()
     }
 }

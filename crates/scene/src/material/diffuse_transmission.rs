@@ -24,7 +24,7 @@ impl Single for DiffuseTransmission {
         Event::REFLECT.with(Event::TRANSMIT).with(Event::DIFFUSE)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let [reflectance, transmittance] =
             [&self.reflectance, &self.transmittance].map(|c| at.color(c).clamp(0.0, 1.0) * self.scale);
         lobes::DiffuseTransmission::new(DiffuseTransmissionParams { reflectance, transmittance }).into()

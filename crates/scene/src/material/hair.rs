@@ -13,11 +13,8 @@ use etendue_bsdf::{
     Bsdf, Event,
     lobes::{self, HairParams},
 };
+use etendue_numerics::spectrum::pigment::{EUMELANIN, PHEOMELANIN, absorption_of};
 use etendue_numerics::{Spectrum, Wavelengths};
-
-/// σ per unit of concentration, red, green, blue [d'Eon et al. 2011].
-const EUMELANIN: Spectrum = Spectrum::rgb(0.419, 0.697, 1.37);
-const PHEOMELANIN: Spectrum = Spectrum::rgb(0.187, 0.4, 1.05);
 
 /// What darkens the fibre.
 #[derive(Clone, Debug)]
@@ -52,7 +49,7 @@ impl Model for Hair {
         1
     }
 
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         if at.wo.z <= 0.0 {
             to.push(weight, lobes::Null);
             return;
@@ -60,7 +57,7 @@ impl Model for Hair {
         let [beta_m, beta_n] = [0, 1].map(|i| at.scalar(&self.beta[i]));
         let sigma_a = match &self.pigment {
             Pigment::Absorption(sigma) => at.color(sigma),
-            Pigment::Reflectance(colour) => lobes::Hair::absorption_of(at.color(colour), beta_n),
+            Pigment::Reflectance(colour) => absorption_of(at.color(colour), beta_n),
             Pigment::Melanin([eu, pheo]) => {
                 let rgb = EUMELANIN * at.scalar(eu).max(0.0) + PHEOMELANIN * at.scalar(pheo).max(0.0);
                 Role::Unbounded.spectrum(rgb, at.wl)

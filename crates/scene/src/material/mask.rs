@@ -32,7 +32,7 @@ impl Model for Mask {
         self.lobes
     }
 
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         let opacity = at.scalar(&self.opacity).clamp(0.0, 1.0);
         if opacity > 0.0 {
             at.add(self.nested, weight * opacity, to);

@@ -21,6 +21,7 @@ mod diffuse;
 mod diffuse_transmission;
 mod hair;
 mod mask;
+mod measured;
 mod null;
 mod perturbed;
 mod phong;
@@ -37,6 +38,7 @@ pub use diffuse::Diffuse;
 pub use diffuse_transmission::DiffuseTransmission;
 pub use hair::{Hair, Pigment};
 pub use mask::Mask;
+pub use measured::Measured;
 pub use null::Null;
 pub use perturbed::{BumpMap, NormalMap, NormalOptions};
 pub use phong::Phong;
@@ -54,20 +56,20 @@ use etendue_numerics::{Frame, Spectrum, Vec3, Wavelengths};
 
 /// Where a material is evaluated, as it seems to a model that others may enclose.
 #[derive(Clone, Copy, Debug)]
-pub struct Site<'a> {
+pub struct Site<'s, 'x> {
     /// The point.
-    pub x: &'a Interaction,
+    pub x: &'x Interaction,
     /// The same for textures.
-    pub textures: TextureContext<'a>,
+    pub textures: TextureContext<'s>,
     /// What the lanes of spectra stand for.
-    pub wl: &'a Wavelengths,
+    pub wl: &'x Wavelengths,
     /// The shading frame, turned by enclosing bump and normal maps.
     pub frame: Frame,
     /// The given direction in that frame, seen from above on the back of a two-sided surface.
     pub wo: Vec3,
 }
 
-impl Site<'_> {
+impl<'s> Site<'s, '_> {
     #[inline]
     fn color(&self, slot: &ColorSlot) -> Spectrum {
         slot.eval(&self.textures, self.wl)
@@ -79,7 +81,7 @@ impl Site<'_> {
     }
 
     /// Adds `weight` times a material of the scene.
-    fn add(&self, material: MaterialId, weight: f32, to: &mut Bsdf) {
+    fn add(&self, material: MaterialId, weight: f32, to: &mut Bsdf<'s>) {
         self.textures.scene.material(material).add(self, weight, to);
     }
 }
@@ -89,7 +91,7 @@ pub(crate) trait Single {
     /// Everything that the lobe may do.
     fn events(&self) -> Event;
     /// The lobe at a site.
-    fn lobe(&self, at: &Site) -> Lobe;
+    fn lobe(&self, at: &Site) -> Lobe<'_>;
 }
 
 /// What every material answers.
@@ -99,10 +101,10 @@ pub(crate) trait Model {
     /// The most lobes that it adds.
     fn lobes(&self) -> usize;
     /// Adds `weight` times the material at a site.
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf);
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>);
     /// The material at a site, alone.
     #[inline]
-    fn bsdf(&self, at: &Site) -> Bsdf {
+    fn bsdf<'s>(&'s self, at: &Site<'s, '_>) -> Bsdf<'s> {
         let mut bsdf = Bsdf::new();
         self.add(at, 1.0, &mut bsdf);
         bsdf
@@ -121,13 +123,13 @@ impl<S: Single> Model for S {
     }
 
     #[inline]
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         // Room was counted when the material was compiled.
         to.push(weight, self.lobe(at));
     }
 
     #[inline]
-    fn bsdf(&self, at: &Site) -> Bsdf {
+    fn bsdf<'s>(&'s self, at: &Site<'s, '_>) -> Bsdf<'s> {
         Bsdf::from(self.lobe(at))
     }
 }
@@ -163,12 +165,12 @@ macro_rules! materials {
             }
 
             #[inline]
-            fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+            fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
                 match self { $(Self::$model(m) => m.add(at, weight, to),)* }
             }
 
             #[inline]
-            fn bsdf(&self, at: &Site) -> Bsdf {
+            fn bsdf<'s>(&'s self, at: &Site<'s, '_>) -> Bsdf<'s> {
                 match self { $(Self::$model(m) => m.bsdf(at),)* }
             }
         }
@@ -206,6 +208,8 @@ materials! {
     DiffuseTransmission,
     /// Fibres.
     Hair,
+    /// As it was measured.
+    Measured,
     /// Nothing there.
     Null,
     /// Opaque in parts.
@@ -223,7 +227,7 @@ materials! {
 impl Material {
     /// f(·, x, ·): the material at x, seen from `x.wo`, with its textures looked up.
     #[inline]
-    pub fn evaluate(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths) -> Bsdf {
+    pub fn evaluate<'s>(&'s self, scene: &'s Scene, x: &Interaction, wl: &Wavelengths) -> Bsdf<'s> {
         let frame = x.shading;
         let at = Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) };
         self.bsdf(&at)
@@ -231,7 +235,7 @@ impl Material {
 
     /// [`Material::evaluate`] into an empty `Bsdf`, where it stays: moving one costs as much as filling it.
     #[inline]
-    pub fn evaluate_into(&self, scene: &Scene, x: &Interaction, wl: &Wavelengths, to: &mut Bsdf) {
+    pub fn evaluate_into<'s>(&'s self, scene: &'s Scene, x: &Interaction, wl: &Wavelengths, to: &mut Bsdf<'s>) {
         let frame = x.shading;
         self.add(&Site { x, textures: scene.texture_context(x), wl, frame, wo: frame.to_local(x.wo) }, 1.0, to);
     }

@@ -12,7 +12,7 @@ impl Single for Null {
         Event::NULL.with(Event::DELTA)
     }
 
-    fn lobe(&self, _at: &Site) -> Lobe {
+    fn lobe(&self, _at: &Site) -> Lobe<'_> {
         lobes::Null.into()
     }
 }

@@ -37,7 +37,7 @@ impl NormalOptions {
     }
 
     /// Adds the nested material around the normal `n` of the current frame, of any length.
-    fn add(&self, n: Vec3, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&self, n: Vec3, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         let n = if self.flip_invalid_normals { Perturbation::facing(n, at.wo) } else { n };
         let n = n.try_normalize().unwrap_or(Vec3::Z);
         let bent = Frame::from_normal_and_tangent(n, Vec3::X);
@@ -81,7 +81,7 @@ impl Model for BumpMap {
         self.options.lobes
     }
 
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         self.options.add(self.normal(at), at, weight, to);
     }
 }
@@ -104,7 +104,7 @@ impl Model for NormalMap {
         self.options.lobes
     }
 
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         let n = self.normals.eval(&at.textures, &Wavelengths::Rgb) * 2.0 - Spectrum::ONE;
         self.options.add(Vec3::from(n.to_rgb()), at, weight, to);
     }

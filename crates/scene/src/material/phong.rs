@@ -26,7 +26,7 @@ impl Single for Phong {
         Event::REFLECT.with(Event::GLOSSY).with(Event::DIFFUSE)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         lobes::Phong::new(PhongParams {
             diffuse_reflectance: at.color(&self.diffuse_reflectance),
             specular_reflectance: at.color(&self.specular_reflectance),

@@ -41,7 +41,7 @@ impl Single for Plastic {
         Event::REFLECT.with(Event::DELTA).with(Event::DIFFUSE)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         lobes::Plastic::new(self.params(at)).into()
     }
 }
@@ -70,7 +70,7 @@ impl Single for RoughPlastic {
         Event::REFLECT.with(Event::GLOSSY).with(Event::DIFFUSE)
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let &Self { ndf, alpha, sample_visible, .. } = self;
         let plastic = self.plastic.params(at);
         lobes::RoughPlastic::new(RoughPlasticParams { plastic, ndf, alpha, sample_visible }, &self.boundary).into()

@@ -61,7 +61,7 @@ impl Single for Principled {
         if vanishes(&self.common.spec_trans) { reflects } else { reflects.with(Event::TRANSMIT) }
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let c = &self.common;
         lobes::Principled::new(PrincipledParams {
             base_color: at.color(&c.base_color),
@@ -110,7 +110,7 @@ impl Single for PrincipledThin {
         if opaque { reflects } else { reflects.with(Event::TRANSMIT) }
     }
 
-    fn lobe(&self, at: &Site) -> Lobe {
+    fn lobe(&self, at: &Site) -> Lobe<'_> {
         let c = &self.common;
         lobes::PrincipledThin::new(PrincipledThinParams {
             base_color: at.color(&c.base_color),

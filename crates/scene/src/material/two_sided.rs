@@ -39,7 +39,7 @@ impl Model for TwoSided {
         self.lobes
     }
 
-    fn add(&self, at: &Site, weight: f32, to: &mut Bsdf) {
+    fn add<'s>(&'s self, at: &Site<'s, '_>, weight: f32, to: &mut Bsdf<'s>) {
         if at.wo.z >= 0.0 {
             return at.add(self.nested[0], weight, to);
         }

@@ -66,11 +66,11 @@ pub enum Joint<'a> {
     /// The eye path left the scene along the direction.
     Escape(Option<u32>, Vec3),
     /// The light sampler at y.
-    Light(&'a PathVertex, &'a LightSample),
+    Light(&'a PathVertex<'a>, &'a LightSample),
     /// y and z were connected.
-    Inner(&'a PathVertex, &'a PathVertex),
+    Inner(&'a PathVertex<'a>, &'a PathVertex<'a>),
     /// z was connected to the lens, seen in the direction.
-    Lens(&'a PathVertex, Vec3),
+    Lens(&'a PathVertex<'a>, Vec3),
     /// The emitting point was connected to the lens, seen in the direction.
     Emitter(&'a Origin, Vec3),
 }
@@ -91,7 +91,7 @@ impl<'a> Strategies<'a> {
 
     /// s = 0: the eye path hits an emitting surface at x.
     #[inline]
-    pub fn hit<'v>(&self, walk: &Walk<'_>, x: &'v Interaction) -> Option<Found<'v>> {
+    pub fn hit<'v>(&self, walk: &Walk<'_, '_>, x: &'v Interaction) -> Option<Found<'v>> {
         if !self.c.rules.counts(walk.state.edges) {
             return None;
         }
@@ -116,7 +116,7 @@ impl<'a> Strategies<'a> {
     }
 
     /// s = 0: the eye path sees the surroundings.
-    pub fn escape(&self, walk: &Walk<'_>) -> Option<Found<'static>> {
+    pub fn escape(&self, walk: &Walk<'_, '_>) -> Option<Found<'static>> {
         let ray = walk.ray();
         if !self.c.rules.counts(walk.state.edges) {
             return None;

@@ -133,21 +133,21 @@ pub fn emitting_point(scene: &Scene, emitter: EmitterId, primitive: u32, p: Vec3
 
 /// A path from a light.
 #[derive(Clone, Debug, Default)]
-pub struct LightPath {
+pub struct LightPath<'a> {
     /// z_0.
     pub origin: Option<Origin>,
     /// z_1, z_2, …; those at which the walk passed a null or mask surface are in no other's past.
-    pub vertices: Vec<PathVertex>,
+    pub vertices: Vec<PathVertex<'a>>,
 }
 
-impl LightPath {
+impl<'a> LightPath<'a> {
     /// Walks from a light until it ends; paths of more than `max_edges` edges, one of them to the lens, are of no use.
-    pub fn trace(&mut self, all: &Strategies<'_>, u: &impl Numbers, rays: &mut u64) {
+    pub fn trace(&mut self, all: &Strategies<'a>, u: &impl Numbers, rays: &mut u64) {
         self.trace_up_to(u32::MAX, all, u, rays);
     }
 
     /// The same of at most so many vertices, z_0 and all those of the last one's number included.
-    pub fn trace_up_to(&mut self, count: u32, all: &Strategies<'_>, u: &impl Numbers, rays: &mut u64) {
+    pub fn trace_up_to(&mut self, count: u32, all: &Strategies<'a>, u: &impl Numbers, rays: &mut u64) {
         let Strategies { c, sides, heuristic, wl, .. } = all;
         let (heuristic, wl) = (*heuristic, *wl);
         self.vertices.clear();

@@ -80,11 +80,11 @@ impl Default for Bidirectional {
 
 /// The walks of a sample, kept from one to the next for their memory.
 #[derive(Clone, Debug, Default)]
-pub struct Paths {
+pub struct Paths<'a> {
     /// From the eye.
-    pub eye: Vec<PathVertex>,
+    pub eye: Vec<PathVertex<'a>>,
     /// From a light.
-    pub light: LightPath,
+    pub light: LightPath<'a>,
     /// Rays cast.
     pub rays: u64,
 }
@@ -126,9 +126,9 @@ impl Bidirectional {
     }
 }
 
-impl Strategies<'_> {
+impl<'a> Strategies<'a> {
     /// A walk about to leave the eye.
-    fn walk_from(&self, eye: PathState) -> Walk<'_> {
+    fn walk_from(&self, eye: PathState) -> Walk<'_, 'a> {
         Walk {
             c: &self.c,
             sides: &self.sides,
@@ -147,8 +147,8 @@ impl Strategies<'_> {
         &self,
         eye: PathState,
         u: &impl Numbers,
-        paths: &mut Paths,
-        found: &mut impl FnMut(&Found<'_>, &LightPath, &[PathVertex]),
+        paths: &mut Paths<'a>,
+        found: &mut impl FnMut(&Found<'_>, &LightPath<'a>, &[PathVertex<'a>]),
     ) {
         let this = &Strategies { wl: eye.wl, ..*self };
         let Paths { eye: vertices, light, rays } = paths;
@@ -250,14 +250,14 @@ impl Solver for Bidirectional {
 }
 
 #[expect(clippy::too_many_arguments, reason = "the inner loop of a pass, called in one place")]
-fn fill(
-    strategies: &Strategies<'_>,
+fn fill<'a>(
+    strategies: &Strategies<'a>,
     run: &Run<'_>,
     plan: &SamplePlan,
     tile: &mut Tile,
     low: [u32; 2],
     high: [u32; 2],
-    paths: &mut Paths,
+    paths: &mut Paths<'a>,
     pairs: &mut Option<Pairs>,
     splats: &mut Vec<Splat>,
     work: &Work<'_>,

@@ -10,7 +10,7 @@ use super::{Found, LightPath, PathVertex, Paths, Strategies};
 use crate::transport::PathState;
 use etendue_numerics::Numbers;
 
-impl Strategies<'_> {
+impl<'a> Strategies<'a> {
     /// The paths of s vertices from a light and t from the eye, t ≥ 1; `found` is told each one that carries light. `eye` is asked for the camera's ray
     /// where one is needed; its wavelengths are those of the strategies.
     pub fn one(
@@ -18,7 +18,7 @@ impl Strategies<'_> {
         (s, t): (u32, u32),
         eye: impl FnOnce() -> PathState,
         u: &impl Numbers,
-        paths: &mut Paths,
+        paths: &mut Paths<'a>,
         found: &mut impl FnMut(&Found<'_>),
     ) {
         let Paths { eye: vertices, light, rays } = paths;

@@ -15,9 +15,9 @@ use etendue_scene::{Interaction, Material, Scene};
 
 /// A vertex of a walk.
 #[derive(Clone, Copy, Debug)]
-pub struct PathVertex {
+pub struct PathVertex<'a> {
     /// The point with its scattering; `x.wo` points back along the walk.
-    pub vertex: Vertex,
+    pub vertex: Vertex<'a>,
     /// β: throughput up to here from the eye, flux in W from a light.
     pub beta: Spectrum,
     /// Edges between the walk's start and here; null and mask surfaces passed count as the rules say.
@@ -36,7 +36,7 @@ pub struct PathVertex {
     pub link: Link,
 }
 
-impl PathVertex {
+impl PathVertex<'_> {
     /// Whether a walk may go straight on, as if there were nothing: the next vertex then has the same number.
     #[inline]
     pub fn may_be_passed(&self) -> bool {
@@ -76,7 +76,7 @@ impl<'a> Sides<'a> {
     /// The scattering at a vertex as one sees it who looks from the world direction `w`: two-sided surfaces and bent normals turn to who looks.
     /// Kept in `room` where it is another.
     #[inline]
-    fn seen_from<'v>(&self, vertex: &'v Vertex, w: Vec3, wl: &Wavelengths, room: &'v mut Option<Bsdf>) -> &'v Bsdf {
+    fn seen_from<'v>(&self, vertex: &'v Vertex<'a>, w: Vec3, wl: &Wavelengths, room: &'v mut Option<Bsdf<'a>>) -> &'v Bsdf<'a> {
         let material = self.scene.material(self.scene.surface(vertex.x.surface).material);
         let holds_others = matches!(
             material,

@@ -30,7 +30,7 @@ pub struct StrategyPicture {
 
 /// The pictures of all strategies with s + t ≤ `vertices`, in the order of s + t and then of s, after `passes` passes, fewer where it was asked to
 /// stop.
-pub fn pictures(solver: &Bidirectional, scene: &Scene, run: &Run<'_>, passes: u32, vertices: u32) -> Vec<StrategyPicture> {
+pub fn pictures<'a>(solver: &Bidirectional, scene: &'a Scene, run: &Run<'_>, passes: u32, vertices: u32) -> Vec<StrategyPicture> {
     let all = solver.strategies(scene, run);
     let film = &all.view.film;
     let names: Vec<(u32, u32)> = (2..=vertices).flat_map(|n| (0..n).map(move |s| (s, n - s))).collect();
@@ -48,7 +48,7 @@ pub fn pictures(solver: &Bidirectional, scene: &Scene, run: &Run<'_>, passes: u3
         }
         done = k + 1;
         let plan = SamplePlan::new(run, k);
-        let tile = |paths: &mut Paths, unit: usize| {
+        let tile = |paths: &mut Paths<'a>, unit: usize| {
             let mut splats: Vec<[Vec<Splat>; 2]> = vec![Default::default(); names.len()];
             let (low, high) = tiling.rectangle(unit);
             for (y, x) in (low[1]..high[1]).flat_map(|y| (low[0]..high[0]).map(move |x| (y, x))) {

@@ -16,11 +16,11 @@ pub enum End {
 }
 
 /// A walk between two vertices.
-pub struct Walk<'a> {
+pub struct Walk<'w, 'a> {
     /// What all walks share.
-    pub c: &'a Context<'a>,
+    pub c: &'w Context<'a>,
     /// The scene's materials.
-    pub sides: &'a Sides<'a>,
+    pub sides: &'w Sides<'a>,
     /// How strategies share.
     pub heuristic: Heuristic,
     /// Where it comes from.
@@ -37,7 +37,7 @@ pub struct Walk<'a> {
     pub count: u32,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'_, 'a> {
     /// β.
     #[inline]
     pub fn beta(&self) -> Spectrum {
@@ -54,7 +54,7 @@ impl Walk<'_> {
 
     /// The vertex at x.
     #[inline(always)] // it is large, and better made where it stays
-    pub fn vertex(&mut self, x: Interaction) -> PathVertex {
+    pub fn vertex(&mut self, x: Interaction) -> PathVertex<'a> {
         let link = self.trail.arrive(x.p, x.n, x.wo);
         let vertex = self.state.vertex(self.c.scene, x);
         PathVertex {

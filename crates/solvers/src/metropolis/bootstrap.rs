@@ -68,14 +68,14 @@ impl std::error::Error for ReplayDiffers {}
 
 impl Launch {
     /// New chains by paths that `measure` evaluates.
-    pub fn run(
+    pub fn run<'a>(
         &self,
         age: u32,
-        measure: &(impl Fn(&Point<'_>, &mut Measured, &mut Scratch) + Sync),
+        measure: &(impl Fn(&Point<'_>, &mut Measured, &mut Scratch<'a>) + Sync),
         rays: &AtomicU64,
     ) -> Result<Chains, ReplayDiffers> {
         let n = self.paths as usize;
-        let draw = |(out, scratch): &mut (Measured, Scratch), place: usize| {
+        let draw = |(out, scratch): &mut (Measured, Scratch<'a>), place: usize| {
             let (length, _) = self.lengths[place / n];
             let u = Primary { vector: &[], beyond: bootstrap_path(self.seed, length, (place % n) as u32, self.paths) };
             measure(&Point { length, u }, out, scratch);

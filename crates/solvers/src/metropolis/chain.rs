@@ -72,7 +72,15 @@ impl Chain {
     }
 
     /// So many steps; `b` is the brightness that all chains share.
-    pub fn run(&mut self, count: u64, space: &Space<'_>, mutation: &Mutation, b: f64, scratch: &mut Scratch, out: &mut Output) {
+    pub fn run<'a>(
+        &mut self,
+        count: u64,
+        space: &Space<'a>,
+        mutation: &Mutation,
+        b: f64,
+        scratch: &mut Scratch<'a>,
+        out: &mut Output,
+    ) {
         let mut x = self.vector();
         let mut y = vec![Vec2::ZERO; x.len()];
         let mut here = std::mem::take(&mut self.measured);

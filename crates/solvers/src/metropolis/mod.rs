@@ -138,9 +138,9 @@ impl Metropolis {
     }
 
     /// The chains that pass `plan` goes on with: those of the last pass, or new ones; a pass makes so many mutations.
-    fn chains<'s>(
+    fn chains<'s, 'a>(
         &self,
-        space: &Space<'_>,
+        space: &Space<'a>,
         plan: &SamplePlan,
         mutations: u64,
         state: &'s mut State,
@@ -158,7 +158,7 @@ impl Metropolis {
             let in_proportion = passes * mutations / (4 * lengths.len().max(1) as u64);
             let paths = u64::from(self.bootstrap).min(in_proportion.max(u64::from(LEAST))) as u32;
             let launch = Launch { lengths, seed, paths, chains: self.chains };
-            let measure = |at: &space::Point<'_>, out: &mut Measured, scratch: &mut Scratch| space.measure(at, out, scratch);
+            let measure = |at: &space::Point<'_>, out: &mut Measured, scratch: &mut Scratch<'a>| space.measure(at, out, scratch);
             *chains = launch.run(age, &measure, &work.progress.rays)?;
         }
         Ok(chains)

@@ -44,13 +44,13 @@ impl Measured {
 
 /// What evaluations keep for its memory.
 #[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    paths: Paths,
+pub struct Scratch<'a> {
+    paths: Paths<'a>,
     /// Light that was not finite.
     pub broken: Vec<Splat>,
 }
 
-impl Scratch {
+impl Scratch<'_> {
     /// Rays cast since the last time.
     pub fn take_rays(&mut self) -> u64 {
         std::mem::take(&mut self.paths.rays)
@@ -82,7 +82,7 @@ impl<'a> Space<'a> {
     }
 
     /// h and f at a point.
-    pub fn measure(&self, at: &Point<'_>, out: &mut Measured, scratch: &mut Scratch) {
+    pub fn measure(&self, at: &Point<'_>, out: &mut Measured, scratch: &mut Scratch<'a>) {
         out.clear();
         let choice = at.u.u2(Dim::at(0, slot::STRATEGY));
         let (n, p) = at.length.choose(choice.x);

@@ -19,7 +19,7 @@ use etendue_scene::{Interaction, Scene};
 /// How far, squared, a Dirac direction may be from the way back: rounding.
 const SAME: f32 = 1e-6;
 
-impl Vertex {
+impl Vertex<'_> {
     /// f*(wo → wi) · |cosθ| for a particle that leaves towards the world direction `wi`, and the density, 1/sr, with which
     /// [`Vertex::sample_adjoint`] takes it.
     #[inline]
@@ -76,7 +76,7 @@ impl Vertex {
         }
 
         // Shadow terminators and bent normals need not treat both ways alike: what either side says, one over the other.
-        let carried = |vertex: &Self, towards: Vec3| {
+        let carried = |vertex: &Vertex<'_>, towards: Vec3| {
             let mut sum = Spectrum::ZERO;
             vertex.bsdf.diracs(vertex.wo, &mut |d| {
                 if d.wi.distance_squared(towards) < SAME && !d.event.has_null() {

@@ -160,7 +160,7 @@ impl Particle {
 
     /// The vertex at x with its material. Where that sends each wavelength another way the particle goes on with one.
     #[inline(always)] // it is large, and better made where it stays
-    pub fn vertex(&mut self, scene: &Scene, x: Interaction) -> Vertex {
+    pub fn vertex<'a>(&mut self, scene: &'a Scene, x: Interaction) -> Vertex<'a> {
         let mut vertex = Vertex::at(x);
         vertex.evaluate(scene, &self.wl);
         if vertex.bsdf.events().disperses() {

@@ -188,7 +188,7 @@ impl PathState {
 
     /// Evaluates the material of the vertex that the walk has come to. Where it sends each wavelength another way the walk goes on with one.
     #[inline]
-    pub fn evaluate(&mut self, scene: &Scene, vertex: &mut Vertex) {
+    pub fn evaluate<'a>(&mut self, scene: &'a Scene, vertex: &mut Vertex<'a>) {
         vertex.evaluate(scene, &self.wl);
         if vertex.bsdf.events().disperses() {
             self.beta.scatter(self.wl.single_out());
@@ -197,7 +197,7 @@ impl PathState {
 
     /// [`PathState::evaluate`] of a new vertex at x.
     #[inline]
-    pub fn vertex(&mut self, scene: &Scene, x: Interaction) -> Vertex {
+    pub fn vertex<'a>(&mut self, scene: &'a Scene, x: Interaction) -> Vertex<'a> {
         let mut vertex = Vertex::at(x);
         self.evaluate(scene, &mut vertex);
         vertex

@@ -10,11 +10,11 @@ use etendue_scene::{Interaction, LightReference, Scene};
 
 /// A surface vertex, looked at from the eye's side.
 #[derive(Clone, Copy, Debug)]
-pub struct Vertex {
+pub struct Vertex<'a> {
     /// The point.
     pub x: Interaction,
     /// f(·, x, ·).
-    pub bsdf: Bsdf,
+    pub bsdf: Bsdf<'a>,
     /// Direction towards the previous vertex, local.
     pub wo: Vec3,
     /// Whether the walk that goes on from here counts the light that it meets beside light samples; not unless the solver says so.
@@ -38,10 +38,10 @@ pub struct VertexSample {
     pub event: Event,
 }
 
-impl Vertex {
+impl<'a> Vertex<'a> {
     /// The vertex at x.
     #[inline]
-    pub fn new(scene: &Scene, x: Interaction, wl: &Wavelengths) -> Self {
+    pub fn new(scene: &'a Scene, x: Interaction, wl: &Wavelengths) -> Self {
         let mut vertex = Self::at(x);
         vertex.evaluate(scene, wl);
         vertex
@@ -55,7 +55,7 @@ impl Vertex {
 
     /// Evaluates the material, once.
     #[inline]
-    pub fn evaluate(&mut self, scene: &Scene, wl: &Wavelengths) {
+    pub fn evaluate(&mut self, scene: &'a Scene, wl: &Wavelengths) {
         scene.bsdf_into(&self.x, wl, &mut self.bsdf);
     }
 

@@ -16,7 +16,8 @@ use super::super::look::{flag, float, get, remove, rename, set, text};
 use super::super::pictures::mean;
 use super::plain::Plain;
 use etendue_description::{NodeId, SpectrumValue, Value};
-use etendue_numerics::spectrum::{SampledSpectrum, ior};
+use etendue_numerics::Spectrum;
+use etendue_numerics::spectrum::{SampledSpectrum, ior, pigment::absorption_of};
 use glam::Vec3;
 
 impl Plain<'_, '_> {
@@ -171,7 +172,6 @@ impl Plain<'_, '_> {
         self.approximated(id, "", "`principledthin` of one colour on both sides");
     }
 
-    /// σ of a colour c by azimuthal roughness β [Chiang et al. 2016]: (ln c / (5.969 - 0.215 β + 2.532 β² - 10.73 β³ + 5.574 β⁴ + 0.245 β⁵))².
     fn hair(&mut self, id: NodeId) {
         let given = get(self.read.node(id), "reflectance").map(|r| mean(self.read, r));
         let node = self.node(id);
@@ -179,10 +179,9 @@ impl Plain<'_, '_> {
         names.iter().for_each(|(ours, theirs)| rename(node, ours, theirs));
         let beta = float(node, "azimuthal_roughness").unwrap_or(0.3);
         if let Some(c) = given {
-            let by = [5.969, -0.215, 2.532, -10.73, 5.574, 0.245].iter().rev().fold(0.0, |sum, k| sum * beta + k);
             remove(node, &["reflectance"]);
-            let sigma = |c: f32| (f64::from(c.clamp(1e-4, 1.0)).ln() / by).powi(2);
-            set(node, "sigma_a", Value::Rgb(c.to_array().map(sigma)));
+            let sigma = absorption_of(Spectrum::rgb(c.x, c.y, c.z), beta as f32).to_rgb();
+            set(node, "sigma_a", Value::Rgb(sigma.map(f64::from)));
         }
         self.approximated(id, "", "Mitsuba's `hair`, made for curves and not for tubes");
     }

@@ -185,6 +185,10 @@ impl Printer<'_, '_> {
                 let path = self.d.assets.grids[*i as usize].path.clone();
                 simple("string", escaped(&self.beside.refer(self.d, &path)))
             }
+            Value::Measured(i) => {
+                let path = self.d.assets.measured[*i as usize].path.clone();
+                simple("string", escaped(&self.beside.refer(self.d, &path)))
+            }
             // One that must become a file of its own; others have been named by their path.
             Value::Mesh(i) => simple("string", escaped(&self.beside.mesh(*i, "", &self.d.assets.meshes[*i as usize]))),
         };

@@ -172,10 +172,24 @@ impl Writer<'_, '_> {
             }
             "null" => list.string("type", "interface"),
             "hair" => self.hair(id, list),
+            "measured" => self.measured(id, list),
             _ => {
                 list.string("type", "diffuse");
                 self.approximated(id, "", "`diffuse`, grey");
             }
         }
+    }
+
+    fn measured(&mut self, id: NodeId, list: &mut List) {
+        let Some(Value::Measured(index)) = get(self.d.node(id), "filename") else { return };
+        let data = &self.d.assets.measured[*index as usize];
+        if data.wavelengths.is_empty() {
+            list.string("type", "diffuse");
+            self.approximated(id, "", "`diffuse`, grey: pbrt reads measurements by wavelength only");
+            return;
+        }
+        list.string("type", "measured");
+        let file = self.beside.refer(self.d, &data.path);
+        list.string("filename", &file);
     }
 }

@@ -2,11 +2,11 @@
 
 use super::Compiler;
 use crate::material::{
-    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Hair, LayerGround, LayerRoughness, Layered, Material, Phong,
-    Pigment, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
+    CoatedDiffuse, Conductor, Dielectric, DiffuseTransmission, Hair, LayerGround, LayerRoughness, Layered, Material, Measured,
+    Phong, Pigment, Plastic, Principled, PrincipledCommon, PrincipledThin, RoughDielectric, RoughPlastic, Roughness,
 };
 use crate::texture::{Color, ColorSlot, ScalarSlot};
-use etendue_bsdf::{Ndf, lobes};
+use etendue_bsdf::{Ndf, lobes, lobes::MeasuredError};
 use etendue_description::{Params, SpectrumValue, Value};
 use etendue_numerics::spectrum::{Curve, SampledSpectrum, ior};
 
@@ -321,6 +321,22 @@ impl<'a> Compiler<'a> {
     }
 
     /// Mitsuba's names are understood beside the others.
+    pub(super) fn measured(&mut self, p: &mut Params<'a>) -> Option<Material> {
+        let span = p.span_of("filename");
+        let Some(Value::Measured(index)) = p.raw("filename").map(|param| &param.value.value) else {
+            self.diagnostics.error(span, "`measured` needs the `filename` of a measured material").help("a `.bsdf` file");
+            return None;
+        };
+        let data = &self.description.assets.measured[*index as usize];
+        match Measured::new(data, self.options.spectral) {
+            Ok(material) => Some(material.into()),
+            Err(MeasuredError(what)) => {
+                self.diagnostics.error(span, format!("`{}`: what stands there of `{what}` is no table", data.path.display()));
+                None
+            }
+        }
+    }
+
     pub(super) fn hair(&mut self, p: &mut Params<'a>) -> Material {
         let melanin = [("eumelanin", 1.3), ("pheomelanin", 0.0)];
         let given = melanin.map(|(name, _)| p.has(name));
