@@ -1,4 +1,4 @@
-//! The binary tree: cut in two again and again down to single references, each time by the cheaper of an object and a spatial split.
+//! The binary tree: cut in two again and again down to a few references, each time by the cheaper of an object and a spatial split.
 //!
 //! On the way back up each subtree learns what it would cost as part of an 8-wide node ([`crate::build::collapse`]). Every subtree
 //! works on slices of its own (references with their spare places, nodes), so nothing is shared between threads and the tree
@@ -8,6 +8,8 @@ use crate::build::collapse::{self, Costs, Prices};
 use crate::build::reference::{Items, Reference};
 use crate::build::spatial::spatial_split;
 use crate::build::split::{Extent, SWEEP, object_split, partition, sweep_split};
+use bytemuck::Zeroable;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// No path from the root is longer, whatever the scene: the traversal's stack counts on it.
@@ -25,25 +27,25 @@ const STRADDLE: f32 = 4.0;
 const FEWEST: usize = 32;
 
 /// A node of the binary tree, 32 bytes. The left child follows its parent.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
+#[repr(C)]
 pub(crate) struct BinaryNode {
     pub lo: [f32; 3],
     pub hi: [f32; 3],
-    /// An inner node's right child, or [`LEAF`] with the place of the reference.
+    /// An inner node's right child, or [`LEAF`] with the place of the first reference.
     pub link: u32,
-    /// How the subtree is best cut into wide nodes.
+    /// How the subtree is best cut into wide nodes; of a leaf, how many references it has.
     pub decisions: u32,
 }
 
 pub(crate) const LEAF: u32 = 1 << 31;
 
 impl BinaryNode {
-    pub const NONE: Self = Self { lo: [0.0; 3], hi: [0.0; 3], link: 0, decisions: 0 };
-
-    /// The reference's place, where the node is a leaf.
+    /// The references' places, where the node is a leaf.
     #[inline]
-    pub fn reference(&self) -> Option<usize> {
-        (self.link & LEAF != 0).then_some((self.link & !LEAF) as usize)
+    pub fn references(&self) -> Option<Range<usize>> {
+        let first = (self.link & !LEAF) as usize;
+        (self.link & LEAF != 0).then(|| first..first + self.decisions as usize)
     }
 
     pub fn half_area(&self) -> f32 {
@@ -90,11 +92,11 @@ pub(crate) fn build(
 fn subtree(part: Part, extent: Extent, depth: u32, context: &Context) -> Costs {
     let Part { references, count, nodes, first_reference, first_node } = part;
     let bounds = extent.bounds;
-    nodes[0] = BinaryNode { lo: bounds.lo.truncate().into(), hi: bounds.hi.truncate().into(), ..BinaryNode::NONE };
-    if count == 1 {
-        nodes[0].link = LEAF | first_reference as u32;
-        let is_triangle = references[0].item() < context.items.triangles();
-        return collapse::leaf(nodes[0].half_area(), is_triangle, context.prices);
+    nodes[0] = BinaryNode { lo: bounds.lo.truncate().into(), hi: bounds.hi.truncate().into(), link: 0, decisions: 0 };
+    let only_triangles = || references[..count].iter().all(|r| r.item() < context.items.triangles());
+    if count == 1 || (count <= context.prices.whole as usize && only_triangles()) {
+        (nodes[0].link, nodes[0].decisions) = (LEAF | first_reference as u32, count as u32);
+        return collapse::leaf(nodes[0].half_area(), count as u32, only_triangles(), context.prices);
     }
 
     let Parted { lefts, room, rights, l, r } = part_in_two(references, count, &extent, depth, context);

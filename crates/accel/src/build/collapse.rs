@@ -19,13 +19,15 @@ pub(crate) struct Prices {
     pub leaf: f32,
     /// For each triangle in it.
     pub triangle: f32,
+    /// Up to so many triangles are a leaf without a further look: to part them would hardly ever pay.
+    pub whole: u32,
 }
 
 impl Prices {
     /// A ray meets eight triangles at a time.
-    pub const SINGLE: Self = Self { leaf: 0.8, triangle: 0.05 };
+    pub const SINGLE: Self = Self { leaf: 0.8, triangle: 0.05, whole: 4 };
     /// Sixteen rays meet a triangle at a time.
-    pub const PACKET: Self = Self { leaf: 0.1, triangle: 0.35 };
+    pub const PACKET: Self = Self { leaf: 0.1, triangle: 0.35, whole: 1 };
 }
 
 /// A custom shape or an instance: always a leaf of its own.
@@ -42,10 +44,10 @@ pub(crate) struct Costs {
     only_triangles: bool,
 }
 
-/// A subtree of one reference.
-pub(crate) fn leaf(area: f32, is_triangle: bool, prices: Prices) -> Costs {
-    let cost = if is_triangle { prices.leaf + prices.triangle } else { OTHER };
-    Costs { cost: [area * cost; 7], references: 1, only_triangles: is_triangle }
+/// A subtree that is not parted any further: one reference, or [`Prices::whole`] triangles at most.
+pub(crate) fn leaf(area: f32, references: u32, only_triangles: bool, prices: Prices) -> Costs {
+    let cost = if only_triangles { prices.leaf + prices.triangle * references as f32 } else { OTHER };
+    Costs { cost: [area * cost; 7], references, only_triangles }
 }
 
 /// A subtree of two, with its decisions: four bits for each i; 0 means "a leaf" (i = 1) or "as with i - 1", k that k children are the left's.

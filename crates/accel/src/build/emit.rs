@@ -45,13 +45,11 @@ impl Emitter<'_> {
     /// Writes subtree `n` as one child.
     fn child(&mut self, n: u32) -> Child {
         let node = &self.binary[n as usize];
-        if let Some(place) = node.reference() {
-            let item = self.references[place].item();
-            if item >= self.triangles {
-                return Child::other((item - self.triangles) as usize);
-            }
+        if let Some(places) = node.references() {
+            let item = self.references[places.start].item();
+            return if item < self.triangles { self.leaf(n) } else { Child::other((item - self.triangles) as usize) };
         }
-        if node.reference().is_some() || decision(node.decisions, 1) == 0 {
+        if decision(node.decisions, 1) == 0 {
             return self.leaf(n);
         }
 
@@ -77,7 +75,7 @@ impl Emitter<'_> {
     /// The subtrees that stand for `n` where it has `slots` places.
     fn gather(&self, n: u32, slots: usize, children: &mut Children) {
         let node = &self.binary[n as usize];
-        if slots == 1 || node.reference().is_some() {
+        if slots == 1 || node.references().is_some() {
             children.list[children.count] = n;
             children.count += 1;
             return;
@@ -110,8 +108,8 @@ impl Emitter<'_> {
 
     fn collect(&mut self, n: u32) {
         let node = self.binary[n as usize];
-        match node.reference() {
-            Some(place) => self.items.push(self.references[place].item()),
+        match node.references() {
+            Some(places) => self.items.extend(self.references[places].iter().map(Reference::item)),
             None => {
                 self.collect(n + 1);
                 self.collect(node.link);

@@ -99,25 +99,24 @@ pub struct Builder<'a> {
     error: Option<BuildError>,
 }
 
-/// A tree of `references` with room for `spare` duplicates, its bounds and its cost.
+/// A tree of `references[..count]`, with room for duplicates in the rest, its bounds and its cost.
 fn tree(
     mut references: Vec<Reference>,
-    spare: usize,
+    count: usize,
     items: &Items,
     prices: Prices,
     progress: &(dyn Fn(f32) + Sync),
 ) -> (Tree, Bounds3, f32) {
-    let count = references.len();
     if count == 0 {
         return (Tree::EMPTY, Bounds3::EMPTY, 0.0);
     }
-    references.resize(count + spare, Reference::NONE);
-    let mut nodes = vec![BinaryNode::NONE; 2 * references.len() - 1];
+    // zeros straight from the system: what stays unused is never touched
+    let mut nodes: Vec<BinaryNode> = bytemuck::zeroed_vec(2 * references.len() - 1);
     let extent = split::Extent::of(&references[..count]);
     let context = Context {
         items,
         root_area: extent.bounds.half_area(),
-        spatial: spare > 0,
+        spatial: references.len() > count,
         prices,
         done: AtomicUsize::new(0),
         total: count,
@@ -187,16 +186,15 @@ impl<'a> Builder<'a> {
         let owners = Owners::new(self.meshes.iter().map(|m| m.indices.len() as u32));
         let items = Items { meshes: &self.meshes, owners };
 
-        let references = self.references(&items);
-        let count = references.len();
+        let spare = (total as f64 * f64::from(options.duplicates.clamp(0.0, 4.0))) as usize;
+        let spare = if items.triangles() == 0 { 0 } else { spare.min(limit - total) };
+        let (references, count) = self.references(&items, spare);
         let triangles = count - self.others.len().min(count);
-        let spare = (count as f64 * f64::from(options.duplicates.clamp(0.0, 4.0))) as usize;
-        let spare = if triangles == 0 { 0 } else { spare.min(limit - count) };
         let path = options.path.filter(|p| p.is_available()).unwrap_or_else(Path::best);
         let small = (path.has_packets() && self.others.is_empty() && (1..=SMALL).contains(&count))
-            .then(|| tree(references.clone(), 0, &items, Prices::PACKET, &|_| {}).0)
+            .then(|| tree(references[..count].to_vec(), count, &items, Prices::PACKET, &|_| {}).0)
             .filter(|tree| tree.nodes.len() <= MOST_NODES_OF_PACKETS);
-        let (tree, bounds, cost) = tree(references, spare, &items, Prices::SINGLE, progress);
+        let (tree, bounds, cost) = tree(references, count, &items, Prices::SINGLE, progress);
         progress(1.0);
 
         let stats = Stats {
@@ -227,21 +225,36 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// A reference for everything that can be hit.
-    fn references(&self, items: &Items) -> Vec<Reference> {
-        const CHUNK: u32 = 1 << 14;
-        let triangles = items.triangles();
-        let chunks: Vec<Vec<Reference>> = (0..triangles.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|c| {
-                let range = c * CHUNK..triangles.min((c + 1) * CHUNK);
-                range.filter_map(|item| triangle_reference(items.corners(item)?, item)).collect()
+    /// References for everything that can be hit, and how many they are; behind them room for `spare` more.
+    fn references(&self, items: &Items, spare: usize) -> (Vec<Reference>, usize) {
+        const CHUNK: usize = 1 << 14;
+        let triangles = items.triangles() as usize;
+        let mut references: Vec<Reference> = bytemuck::zeroed_vec(triangles + self.others.len() + spare);
+        let chunks: Vec<usize> = references[..triangles]
+            .par_chunks_mut(CHUNK)
+            .enumerate()
+            .map(|(c, places)| {
+                let mut count = 0;
+                for item in (c * CHUNK) as u32..(c * CHUNK + places.len()) as u32 {
+                    if let Some(reference) = items.corners(item).and_then(|corners| triangle_reference(corners, item)) {
+                        places[count] = reference;
+                        count += 1;
+                    }
+                }
+                count
             })
             .collect();
-        let mut references = Vec::with_capacity(chunks.iter().map(Vec::len).sum::<usize>() + self.others.len());
-        chunks.iter().for_each(|c| references.extend_from_slice(c));
-        let others = self.bounds.iter().enumerate().filter(|(_, b)| instance::is_finite(b));
-        references.extend(others.map(|(i, b)| Reference::new(b.min, b.max, triangles + i as u32)));
-        references
+        let mut count = 0;
+        for (c, size) in chunks.into_iter().enumerate() {
+            references.copy_within(c * CHUNK..c * CHUNK + size, count);
+            count += size;
+        }
+        for (i, b) in self.bounds.iter().enumerate().filter(|(_, b)| instance::is_finite(b)) {
+            references[count] = Reference::new(b.min, b.max, (triangles + i) as u32);
+            count += 1;
+        }
+        // room for `spare`, and no more: the places of what is never hit are not for duplicates
+        references.truncate(count + spare);
+        (references, count)
     }
 }

@@ -4,10 +4,12 @@
 //! numbered flat: the triangles of all meshes first, in the order they were added, then the other things (custom shapes, instances).
 
 use crate::build::TriangleMesh;
+use bytemuck::Zeroable;
 use glam::{BVec4A, DVec3, Vec3, Vec4};
 
 /// A box and an item number, 32 bytes. The number rides in the unused fourth lane of `lo`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Zeroable)]
+#[repr(C)]
 pub(crate) struct Reference {
     pub lo: Vec4,
     pub hi: Vec4,

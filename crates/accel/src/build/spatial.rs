@@ -3,7 +3,7 @@
 //! They pay where long triangles would make sibling boxes overlap. A split duplicates the references that straddle the plane, so it
 //! is taken only while the node's share of the budget lasts.
 //!
-//! The search bins boxes, not triangles: it chooses as well and costs a third. Only the chosen plane cuts the triangles themselves.
+//! The search bins boxes, not triangles, and of many only some: it chooses as well and costs a fraction. Only the chosen plane cuts the triangles themselves.
 
 use crate::build::reference::{Box4, Items, Plane, Reference, cut};
 use crate::build::split::Extent;
@@ -11,8 +11,10 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 const BINS: usize = 16;
+/// About so many references, taken evenly, choose the plane; what it costs is then counted of all.
+const SAMPLE: usize = 1 << 8;
 const PARALLEL: usize = 1 << 14;
-const CHUNK: usize = 1 << 11;
+const CHUNK: usize = 1 << 12;
 
 /// A cut at a plane.
 #[derive(Clone, Copy, Debug)]
@@ -96,20 +98,17 @@ fn fill(references: &[Reference], items: &Items, grid: &Grid) -> Bins {
 
 /// The cheapest cut at a plane between bins; `None` where no plane leaves something on both sides.
 pub(crate) fn spatial_split(references: &[Reference], items: &Items, bounds: &Box4) -> Option<SpatialSplit> {
-    let grid = Grid::new(bounds);
-    let bins = if references.len() < PARALLEL {
-        fill(references, items, &grid)
-    } else {
-        let parts: Vec<Bins> = references.par_chunks(CHUNK).map(|c| fill(c, items, &grid)).collect();
-        let mut sum = NO_BINS;
-        for part in &parts {
-            for (to, from) in sum.iter_mut().flatten().zip(part.iter().flatten()) {
-                *to = Bin { bounds: to.bounds.union(from.bounds), enter: to.enter + from.enter, leave: to.leave + from.leave };
-            }
-        }
-        sum
-    };
+    let step = references.len() / SAMPLE;
+    if step < 2 {
+        return search(references, items, bounds);
+    }
+    let sample: Vec<Reference> = references.iter().step_by(step).copied().collect();
+    search(&sample, items, bounds).map(|found| SpatialSplit::at(found.plane, references, items))
+}
 
+fn search(references: &[Reference], items: &Items, bounds: &Box4) -> Option<SpatialSplit> {
+    let grid = Grid::new(bounds);
+    let bins = fill(references, items, &grid);
     let mut best: Option<SpatialSplit> = None;
     for (axis, bins) in bins.iter().enumerate() {
         if grid.step[axis] <= 0.0 {
@@ -137,7 +136,40 @@ pub(crate) fn spatial_split(references: &[Reference], items: &Items, bounds: &Bo
     best
 }
 
+/// What lies on the two sides of a plane: a box and a number each.
+type Sides = [(Box4, u32); 2];
+
 impl SpatialSplit {
+    /// The cut of all references at a plane.
+    fn at(plane: Plane, references: &[Reference], items: &Items) -> Self {
+        let sides = |references: &[Reference]| {
+            references.iter().fold([(Box4::EMPTY, 0); 2], |[left, right]: Sides, r| {
+                let (below, above) = if r.item() < items.triangles() {
+                    (r.lo[plane.axis] < plane.at || r.hi[plane.axis] <= plane.at, r.hi[plane.axis] > plane.at)
+                } else {
+                    let below = 0.5 * r.centroid2()[plane.axis] < plane.at;
+                    (below, !below)
+                };
+                let part = |side: (Box4, u32), piece: Box4, is: bool| if is { (side.0.union(piece), side.1 + 1) } else { side };
+                let (lower, upper) = (r.hi.min(plane.below), r.lo.max(plane.above));
+                let both = below && above;
+                [
+                    part(left, Box4 { lo: r.lo, hi: if both { lower } else { r.hi } }, below),
+                    part(right, Box4 { lo: if both { upper } else { r.lo }, hi: r.hi }, above),
+                ]
+            })
+        };
+        let [left, right] = if references.len() < PARALLEL {
+            sides(references)
+        } else {
+            let parts: Vec<Sides> = references.par_chunks(CHUNK).map(sides).collect();
+            let sum = |a: (Box4, u32), b: (Box4, u32)| (a.0.union(b.0), a.1 + b.1);
+            parts.into_iter().fold([(Box4::EMPTY, 0); 2], |[l, r], [x, y]| [sum(l, x), sum(r, y)])
+        };
+        let cost = left.0.half_area() * left.1 as f32 + right.0.half_area() * right.1 as f32;
+        Self { cost, plane, left, right }
+    }
+
     /// Parts the references: those on the left stay in `references`, their number is returned with those on the right.
     ///
     /// A straddling reference goes whole to one side where growing that side's box costs less than the duplicate.

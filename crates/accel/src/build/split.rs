@@ -7,7 +7,10 @@ use crate::build::reference::{Box4, Reference};
 use glam::Vec4;
 use rayon::prelude::*;
 
-pub(crate) const BINS: usize = 16;
+/// Bins along each axis, and where there are few references: it is the bins that cost then.
+const BINS: usize = 16;
+const FEW_BINS: usize = 8;
+const FEW: usize = 64;
 /// From this many references on, bins are filled in parallel, chunk by chunk.
 const PARALLEL: usize = 1 << 16;
 const CHUNK: usize = 1 << 13;
@@ -38,33 +41,34 @@ impl Extent {
     }
 }
 
-/// From doubled centroids to bin numbers, the same for filling and for parting.
+/// From doubled centroids to bin numbers, the same for filling and for parting; the number of bins is a power of two.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binning {
     origin: Vec4,
     scale: Vec4,
+    last: usize,
 }
 
 /// 1.5 · 2²³: adding it rounds a small float to an integer, found in the low bits of the sum.
 const ROUND: f32 = 12_582_912.0;
 
 impl Binning {
-    fn new(centroids: &Box4) -> Self {
+    fn new(centroids: &Box4, bins: usize) -> Self {
         let size = centroids.hi - centroids.lo;
-        let scale = |s: f32| if s > 1e-30 && s < 1e30 { BINS as f32 * 0.9999 / s } else { 0.0 };
-        Self { origin: centroids.lo, scale: Vec4::new(scale(size.x), scale(size.y), scale(size.z), 0.0) }
+        let scale = |s: f32| if s > 1e-30 && s < 1e30 { bins as f32 * 0.9999 / s } else { 0.0 };
+        Self { origin: centroids.lo, scale: Vec4::new(scale(size.x), scale(size.y), scale(size.z), 0.0), last: bins - 1 }
     }
 
     #[inline]
     fn bins(&self, r: &Reference) -> [usize; 3] {
         let x = (r.centroid2() - self.origin) * self.scale - Vec4::splat(0.5) + Vec4::splat(ROUND);
-        [x.x, x.y, x.z].map(|x| x.to_bits() as usize & (BINS - 1))
+        [x.x, x.y, x.z].map(|x| x.to_bits() as usize & self.last)
     }
 
     #[inline]
     pub fn bin(&self, r: &Reference, axis: usize) -> usize {
         let x = (r.centroid2()[axis] - self.origin[axis]) * self.scale[axis] - 0.5 + ROUND;
-        x.to_bits() as usize & (BINS - 1)
+        x.to_bits() as usize & self.last
     }
 }
 
@@ -74,11 +78,10 @@ struct Bin {
     count: u32,
 }
 
-type Bins = [[Bin; 3]; BINS];
-const NO_BINS: Bins = [[Bin { bounds: Box4::EMPTY, count: 0 }; 3]; BINS];
+const NO_BIN: Bin = Bin { bounds: Box4::EMPTY, count: 0 };
 
-fn fill(references: &[Reference], binning: &Binning) -> Bins {
-    let mut bins = NO_BINS;
+fn fill<const N: usize>(references: &[Reference], binning: &Binning) -> [[Bin; 3]; N] {
+    let mut bins = [[NO_BIN; 3]; N];
     for r in references {
         for (axis, i) in binning.bins(r).into_iter().enumerate() {
             let bin = &mut bins[i][axis];
@@ -102,14 +105,18 @@ pub(crate) struct ObjectSplit {
 
 /// The cheapest split between bins; `None` where no plane parts the centroids.
 pub(crate) fn object_split(references: &[Reference], extent: &Extent) -> Option<ObjectSplit> {
-    let binning = Binning::new(&extent.centroids);
+    if references.len() < FEW { binned::<FEW_BINS>(references, extent) } else { binned::<BINS>(references, extent) }
+}
+
+fn binned<const N: usize>(references: &[Reference], extent: &Extent) -> Option<ObjectSplit> {
+    let binning = Binning::new(&extent.centroids, N);
     let bins = if references.len() < PARALLEL {
         fill(references, &binning)
     } else {
         // The parts are merged in their order: the bits do not depend on the number of threads.
-        let parts: Vec<Bins> = references.par_chunks(CHUNK).map(|c| fill(c, &binning)).collect();
-        let mut sum = NO_BINS;
-        for (to, from) in parts.iter().flat_map(|p| (0..BINS).map(move |i| (i, &p[i]))) {
+        let parts: Vec<[[Bin; 3]; N]> = references.par_chunks(CHUNK).map(|c| fill(c, &binning)).collect();
+        let mut sum = [[NO_BIN; 3]; N];
+        for (to, from) in parts.iter().flat_map(|p| (0..N).map(move |i| (i, &p[i]))) {
             for axis in 0..3 {
                 sum[to][axis].bounds = sum[to][axis].bounds.union(from[axis].bounds);
                 sum[to][axis].count += from[axis].count;
@@ -125,9 +132,9 @@ pub(crate) fn object_split(references: &[Reference], extent: &Extent) -> Option<
             continue;
         }
         // right[i]: everything from bin i on
-        let mut right = [(Box4::EMPTY, 0.0_f32); BINS];
+        let mut right = [(Box4::EMPTY, 0.0_f32); N];
         let (mut bounds, mut count) = (Box4::EMPTY, 0);
-        for i in (1..BINS).rev() {
+        for i in (1..N).rev() {
             bounds = bounds.union(along(axis, i).bounds);
             count += along(axis, i).count;
             right[i] = (bounds, if count == 0 { f32::INFINITY } else { bounds.half_area() * count as f32 });
@@ -162,24 +169,20 @@ impl Box4 {
     }
 }
 
-/// Moves what `left` says to the front; returns how many, and the extents of both parts.
+/// Moves what `left` says to the front; returns how many, and the extents of both parts. No branch depends on a reference: half of all
+/// guesses would be wrong.
 pub(crate) fn partition(references: &mut [Reference], left: impl Fn(&Reference) -> bool) -> (usize, Extent, Extent) {
-    let (mut l, mut r) = (Extent::EMPTY, Extent::EMPTY);
-    let (mut i, mut j) = (0, references.len());
-    loop {
-        while i < j && left(&references[i]) {
-            l = l.including(&references[i]);
-            i += 1;
-        }
-        while i < j && !left(&references[j - 1]) {
-            j -= 1;
-            r = r.including(&references[j]);
-        }
-        if i >= j {
-            return (i, l, r);
-        }
-        references.swap(i, j - 1);
+    let (mut sides, mut lefts) = ([Extent::EMPTY; 2], 0);
+    for i in 0..references.len() {
+        let r = references[i];
+        let is_left = usize::from(left(&r));
+        sides[is_left] = sides[is_left].including(&r);
+        references[i] = references[lefts];
+        references[lefts] = r;
+        lefts += is_left;
     }
+    let [r, l] = sides;
+    (lefts, l, r)
 }
 
 /// The most references that [`sweep_split`] takes.

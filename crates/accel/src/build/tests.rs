@@ -104,7 +104,7 @@ fn depth_is_bounded() {
     let deepest = |start: u32| {
         let mut references: Vec<Reference> = (0..1000).filter_map(|i| triangle_reference(items.corners(i)?, i)).collect();
         let count = references.len();
-        let mut nodes = vec![BinaryNode::NONE; 2 * count];
+        let mut nodes = vec![bytemuck::Zeroable::zeroed(); 2 * count];
         let extent = split::Extent::of(&references);
         let context = Context {
             items: &items,
@@ -119,7 +119,7 @@ fn depth_is_bounded() {
         let (mut waiting, mut deepest) = (vec![(0_usize, start as usize)], 0);
         while let Some((n, depth)) = waiting.pop() {
             deepest = deepest.max(depth);
-            if nodes[n].reference().is_none() {
+            if nodes[n].references().is_none() {
                 waiting.extend([(n + 1, depth + 1), (nodes[n].link as usize, depth + 1)]);
             }
         }
