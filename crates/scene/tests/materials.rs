@@ -50,6 +50,17 @@ const EVERY_PARAMETER: &[&str] = &[
        <float name="alpha" value="3"/><float name="int_ior" value="1.5"/><float name="ext_ior" value="1"/></bsdf>"#,
     r#"<bsdf type="hair"><float name="eumelanin" value="0.3"/><float name="pheomelanin" value="0.5"/><float name="scale_tilt" value="3"/>
        <float name="longitudinal_roughness" value="0.2"/><float name="azimuthal_roughness" value="0.4"/></bsdf>"#,
+    r#"<bsdf type="coateddiffuse"><rgb name="reflectance" value="0.1 0.2 0.3"/><float name="int_ior" value="1.4"/><float name="ext_ior" value="1.1"/>
+       <float name="alpha_u" value="0.1"/><float name="alpha_v" value="0.2"/><boolean name="remap_roughness" value="true"/>
+       <float name="thickness" value="0.1"/><float name="g" value="0.3"/><float name="albedo" value="0.2"/><integer name="max_depth" value="7"/>
+       <integer name="samples" value="2"/></bsdf>"#,
+    r#"<bsdf type="coatedconductor"><string name="material" value="Au"/><float name="int_ior" value="1.4"/><float name="ext_ior" value="1.1"/>
+       <float name="alpha_u" value="0.1"/><float name="alpha_v" value="0.2"/><boolean name="remap_roughness" value="true"/>
+       <float name="base_alpha_u" value="0.3"/><float name="base_alpha_v" value="0.2"/><boolean name="base_remap_roughness" value="true"/>
+       <float name="thickness" value="0.1"/><float name="g" value="0.3"/><float name="albedo" value="0.2"/><integer name="max_depth" value="7"/>
+       <integer name="samples" value="2"/></bsdf>"#,
+    r#"<bsdf type="diffusetransmission"><rgb name="reflectance" value="0.1 0.2 0.3"/><rgb name="transmittance" value="0.3 0.2 0.1"/>
+       <float name="scale" value="0.5"/></bsdf>"#,
     r#"<bsdf type="null"/>"#,
     r#"<bsdf type="mask"><float name="opacity" value="0.25"/><bsdf type="diffuse"/></bsdf>"#,
     r#"<bsdf type="blendbsdf"><texture name="weight" type="checkerboard"/><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf>"#,

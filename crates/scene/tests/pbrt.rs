@@ -76,3 +76,27 @@ fn glass_bends_each_wavelength_by_its_own_index() {
         }
     }
 }
+
+/// A mirror under a smooth layer, seen from above: all bounces between both, the metal's index taken over the layer's.
+#[test]
+fn a_coated_metal_is_seen_from_within_its_coat() {
+    let (n, k, eta, thickness) = ([0.2f32, 0.9, 1.1], [3.9f32, 2.4, 2.1], 1.5f32, 0.05f32);
+    let metal = "\"rgb conductor.eta\" [0.2 0.9 1.1] \"rgb conductor.k\" [3.9 2.4 2.1]";
+    let world = format!(
+        "Material \"coatedconductor\" {metal} \"float interface.eta\" {eta} \"float thickness\" {thickness} \"integer maxdepth\" 100\nShape \"sphere\""
+    );
+    let scene = compiled(&world, false);
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 4.0), -Vec3::Z);
+    let x = scene.interaction(&ray, &scene.intersect(&ray).expect("a hit"));
+    let bsdf = scene.bsdf(&x, &Wavelengths::Rgb);
+    let mut found = Vec::new();
+    bsdf.diracs(Vec3::Z, &mut |s| found.push(s.weight));
+    let f = ((eta - 1.0) / (eta + 1.0)).powi(2);
+    let way = (-2.0 * thickness).exp();
+    for c in 0..3 {
+        let (n, k) = (n[c] / eta, k[c] / eta);
+        let r = ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k) * way;
+        let want = f + (1.0 - f).powi(2) * r / (1.0 - f * r);
+        assert!(found.len() == 1 && (found[0][c] - want).abs() < 1e-3, "{:?} is not {want}", found[0]);
+    }
+}

@@ -83,10 +83,19 @@ impl Reader<'_> {
         }
 
         let filter = setup.filter.map(|(name, list)| self.filter(&name, list));
-        let sampler = setup.sampler.map(|(name, list)| self.sampler(&name, list));
+        // Chains make mutations, whatever the sampler says.
+        let mut integrator = setup.integrator;
+        let mutations = match &mut integrator {
+            Some((name, list)) if name == "mlt" => {
+                Some(list.integer(&mut self.diagnostics, "mutationsperpixel", 100, 1..=1 << 30))
+            }
+            _ => None,
+        };
+        let (name, list) = setup.sampler.unwrap_or_else(|| ("zsobol".to_owned(), empty("sampler `zsobol`")));
+        let sampler = self.sampler(&name, list, mutations);
         let (film_node, size, layers) = self.film(&film_name, &mut film, filter.flatten());
-        self.sensor(&camera_name, &mut camera, ctm, size, [Some(film_node), sampler.flatten()]);
-        match setup.integrator {
+        self.sensor(&camera_name, &mut camera, ctm, size, [Some(film_node), sampler]);
+        match integrator {
             Some((name, list)) => self.integrator(&name, list, &layers),
             None => self.integrator("volpath", empty("integrator `volpath`"), &layers),
         }
@@ -143,7 +152,8 @@ impl Reader<'_> {
         Some(self.node(Kind::Filter, model, span, params))
     }
 
-    fn sampler(&mut self, name: &str, mut list: List) -> Option<NodeId> {
+    /// The sampler; `mutations` per pixel take the place of its samples.
+    fn sampler(&mut self, name: &str, mut list: List, mutations: Option<i64>) -> Option<NodeId> {
         if !SAMPLERS.contains(&name) {
             self.unknown_model(&list, "sampler", name, &SAMPLERS, &[("02sequence", "in pbrt-v4 it is `paddedsobol`")]);
             return None;
@@ -153,8 +163,9 @@ impl Reader<'_> {
             let [x, y] = ["xsamples", "ysamples"].map(|axis| list.integer(d, axis, 4, 1..=1 << 15));
             x * y
         } else {
-            list.integer(d, "pixelsamples", 16, 1..=1 << 30)
+            list.integer(d, "pixelsamples", if name == "independent" { 4 } else { 16 }, 1..=1 << 30)
         };
+        let count = mutations.unwrap_or(count);
         let seed = list.integer(d, "seed", 0, i64::MIN..=i64::MAX);
         list.ignore(&["randomization", "jitter", "dimensions"]);
         list.finish(d);

@@ -95,6 +95,13 @@ const OPTIONS: [&str; 12] = [
     "writepartialimages",
 ];
 
+/// Those of them that would change the picture, and what happens instead.
+const DISOBEYED: [(&str, &str); 3] = [
+    ("disablepixeljitter", "samples lie anywhere in their pixels"),
+    ("disablewavelengthjitter", "every sample has wavelengths of its own"),
+    ("forcediffuse", "materials stay what they are"),
+];
+
 impl Reader<'_> {
     /// A whole file.
     pub(super) fn file(&mut self, source: SourceId) {
@@ -615,9 +622,10 @@ impl Reader<'_> {
             let name: String = entry.name.chars().filter(|c| *c != '_').collect::<String>().to_lowercase();
             if !OPTIONS.contains(&name.as_str()) {
                 self.diagnostics.error(entry.declared, format!("unknown option `{}`", entry.name)).suggest(&name, OPTIONS);
-            } else if name == "forcediffuse" && matches!(&entry.values, super::values::Values::Bools(v) if v.first() == Some(&true))
+            } else if let Some((_, why)) = DISOBEYED.iter().find(|(option, _)| *option == name)
+                && matches!(&entry.values, super::values::Values::Bools(v) if v.first() == Some(&true))
             {
-                self.diagnostics.warning(entry.declared, "`forcediffuse` is not obeyed: materials stay what they are");
+                self.diagnostics.warning(entry.declared, format!("`{}` is not obeyed: {why}", entry.name));
             }
         }
     }

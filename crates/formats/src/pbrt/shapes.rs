@@ -7,7 +7,7 @@ use super::values::List;
 use super::{Reader, child, curves, param, quadrics, subdivision};
 use crate::assets::Format;
 use crate::mesh::finish::finish;
-use etendue_description::{Kind, MeshData, NodeId, Param, Span, Value};
+use etendue_description::{Kind, MeshData, NodeId, Param, Span, Spanned, Value};
 use etendue_numerics::Transform;
 use glam::{DMat3, DMat4, DVec3, Vec2, Vec3};
 
@@ -71,6 +71,7 @@ impl Reader<'_> {
             None => self.default_material(span),
         };
         let bare = self.description.node(material).model.value == "null";
+        let hidden = matches!(&alpha, Some(Spanned { value: Value::Float(x), .. }) if *x <= 0.0);
         let material = self.with_holes(material, alpha);
         params.push(child(material, span));
         if self.state.area_light.is_some() {
@@ -79,6 +80,9 @@ impl Reader<'_> {
             } else if bare {
                 self.once(span, "a shape of material `interface` cannot emit: the area light is left out");
             } else if let Some(light) = self.area_light() {
+                if hidden {
+                    self.once(span, "a light with `alpha` 0 is seen: in pbrt it shines unseen");
+                }
                 params.push(child(light, span));
             }
         }
@@ -98,7 +102,7 @@ impl Reader<'_> {
     }
 
     /// The material, seen through where `alpha` is below 1.
-    fn with_holes(&mut self, material: NodeId, alpha: Option<etendue_description::Spanned<Value>>) -> NodeId {
+    fn with_holes(&mut self, material: NodeId, alpha: Option<Spanned<Value>>) -> NodeId {
         let Some(alpha) = alpha else { return material };
         let key = match &alpha.value {
             Value::Float(x) if *x >= 1.0 => return material,

@@ -5,7 +5,7 @@
 //! (default 10): how often light meets ground and boundary at the most; `albedo` (default 0) and `g` (default 0) of particles in the layer, `samples`
 //! (default 1), `remap_roughness`. A clear layer with an even boundary is summed exactly; else walks estimate what it does.
 //!
-//! `coatedconductor`: a metal under such a layer. The metal as of `conductor`, with `base_alpha_u`, `base_alpha_v`, `base_remap_roughness`.
+//! `coatedconductor`: a metal under such a layer, whose index it is seen from. The metal as of `conductor`, with `base_alpha_u`, `base_alpha_v`, `base_remap_roughness`.
 
 use super::{Conductor, Single, Site};
 use crate::texture::{ColorSlot, ScalarSlot};
@@ -104,8 +104,10 @@ impl Single for Layered {
         let ground = match &self.ground {
             LayerGround::Diffuse(rho) => Ground::Diffuse(at.color(rho)),
             LayerGround::Metal(metal, roughness) => {
+                // Its index over the layer's.
                 let p = metal.params(at);
-                Ground::Metal(p.eta, p.k, roughness.at(at))
+                let per_layer = 1.0 / self.params.eta;
+                Ground::Metal(p.eta * per_layer, p.k * per_layer, roughness.at(at))
             }
         };
         lobes::Layered::new(LayeredParams { ground, alpha: self.boundary.at(at), albedo: at.color(&self.albedo), ..self.params })

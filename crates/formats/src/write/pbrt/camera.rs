@@ -82,6 +82,10 @@ impl Writer<'_, '_> {
             n => n - 1,
         };
         list.integer("maxdepth", edges);
+        if theirs == "mlt" {
+            let sampler = self.d.nodes.iter().find(|node| node.kind == Kind::Sampler);
+            list.integer("mutationsperpixel", sampler.and_then(|node| integer(node, "sample_count")).unwrap_or(4));
+        }
         if flag(node, "hide_emitters", false) {
             self.dropped(id, "hide_emitters", "pbrt shows what emits");
         }
