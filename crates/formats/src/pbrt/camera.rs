@@ -86,9 +86,7 @@ impl Reader<'_> {
         // Chains make mutations, whatever the sampler says.
         let mut integrator = setup.integrator;
         let mutations = match &mut integrator {
-            Some((name, list)) if name == "mlt" => {
-                Some(list.integer(&mut self.diagnostics, "mutationsperpixel", 100, 1..=1 << 30))
-            }
+            Some((name, list)) if name == "mlt" => Some(list.integer(&mut self.diagnostics, "mutationsperpixel", 100, 1..=1 << 30)),
             _ => None,
         };
         let (name, list) = setup.sampler.unwrap_or_else(|| ("zsobol".to_owned(), empty("sampler `zsobol`")));

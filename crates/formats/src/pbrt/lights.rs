@@ -181,7 +181,10 @@ impl Reader<'_> {
         if list.has("portal") {
             let corners = list.points(&mut self.diagnostics, "portal").map_or(0, |p| p.len());
             if corners == 4 {
-                self.diagnostics.note(list.span_of("portal"), "a `portal` is not needed here: light comes through every opening");
+                self.diagnostics.note(
+                    list.span_of("portal"),
+                    "a `portal` is not needed here: light comes through every opening, also where the portal is not",
+                );
             } else {
                 self.diagnostics.error(list.span_of("portal"), format!("a `portal` has four corners, not {corners}"));
             }

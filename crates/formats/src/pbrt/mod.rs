@@ -18,11 +18,14 @@
 //!
 //! Source: the pbrt-v4 input file format, <https://pbrt.org/fileformat-v4>, and [Pharr, Jakob, Humphreys 2023].
 
+mod blocks;
 pub(crate) mod camera;
 mod curves;
 mod directives;
 mod emission;
+mod inclusion;
 mod lights;
+mod lists;
 mod materials;
 mod quadrics;
 mod shapes;
@@ -31,6 +34,7 @@ mod state;
 mod subdivision;
 mod textures;
 mod tokens;
+mod transforms;
 mod values;
 
 use crate::assets::Wanted;

@@ -132,31 +132,25 @@ fn plus(bytes: &[u8]) -> (&[u8], usize) {
     }
 }
 
-impl Numbers for f32 {
-    const WHAT: &'static str = "number";
-    #[inline]
-    fn parse(bytes: &[u8]) -> Option<(Self, usize)> {
-        let (bytes, sign) = plus(bytes);
-        fast_float2::parse_partial(bytes).ok().map(|(x, n)| (x, n + sign))
-    }
-    #[inline]
-    fn is_sane(self) -> bool {
-        self.is_finite()
-    }
+/// Both are kept as f32 in the end: a number beyond its range is none.
+macro_rules! real {
+    ($($float:ty),*) => {
+        $(impl Numbers for $float {
+            const WHAT: &'static str = "number";
+            #[inline]
+            fn parse(bytes: &[u8]) -> Option<(Self, usize)> {
+                let (bytes, sign) = plus(bytes);
+                fast_float2::parse_partial(bytes).ok().map(|(x, n)| (x, n + sign))
+            }
+            #[inline]
+            fn is_sane(self) -> bool {
+                (self as f32).is_finite()
+            }
+        })*
+    };
 }
 
-impl Numbers for f64 {
-    const WHAT: &'static str = "number";
-    #[inline]
-    fn parse(bytes: &[u8]) -> Option<(Self, usize)> {
-        let (bytes, sign) = plus(bytes);
-        fast_float2::parse_partial(bytes).ok().map(|(x, n)| (x, n + sign))
-    }
-    #[inline]
-    fn is_sane(self) -> bool {
-        (self as f32).is_finite()
-    }
-}
+real!(f32, f64);
 
 impl Numbers for i32 {
     const WHAT: &'static str = "whole number";
