@@ -124,7 +124,7 @@ fn curves(out: &mut Out, count: usize) -> std::io::Result<()> {
 /// A scene around a mesh.
 fn around(folder: &Path, mesh: &str) -> PathBuf {
     let path = folder.join(mesh).with_extension("pbrt");
-    file(&path, |out| write!(out, "WorldBegin Shape \"plymesh\" \"string filename\" \"{mesh}\"\n"));
+    file(&path, |out| writeln!(out, "WorldBegin Shape \"plymesh\" \"string filename\" \"{mesh}\""));
     path
 }
 
