@@ -3,7 +3,7 @@
 use crate::load::Loaded;
 use etendue_description::Value;
 use etendue_radiosity::Patches;
-use etendue_radiosity::patch::{Facet, Fault, Object};
+use etendue_radiosity::patch::{Facet, Fault, Object, Side};
 use etendue_scene::{NO_INSTANCE, SurfaceId};
 use serde::Serialize;
 
@@ -36,7 +36,7 @@ pub(crate) fn names(loaded: &Loaded, patches: &Patches) -> Vec<String> {
 /// Something that is wrong with surfaces, and what was done about it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Defect {
-    /// `no-area`, `wound-against-each-other`, `open`, `touching`, `doubled` or `obstacle`.
+    /// `no-area`, `wound-against-each-other`, `open`, `dark-front`, `dark-back`, `touching`, `doubled` or `obstacle`.
     pub kind: &'static str,
     /// The shape, or both of two.
     pub shapes: Vec<String>,
@@ -94,6 +94,10 @@ pub(crate) fn defects(loaded: &Loaded, patches: &Patches, names: &[String]) -> V
         Fault::Open { first, count } => {
             new("open", &[*first], *count, None, "what passes there is counted where it ends, or as escaped")
         }
+        Fault::Dark { first, side } => {
+            let kind = if *side == Side::Front { "dark-front" } else { "dark-back" };
+            new(kind, &[*first], 1, None, "that side is left out")
+        }
         Fault::Touching { pair, area } => new("touching", pair, 1, Some(*area), "those parts exchange with each other alone"),
         Fault::Doubled { pair, area } => new("doubled", pair, 1, Some(*area), "rays see one of the two, and both send light"),
     };
@@ -123,7 +127,7 @@ pub fn words(defects: &[Defect]) -> Vec<String> {
     defects.iter().map(|d| d.kind).for_each(|kind| kinds.extend((!kinds.contains(&kind)).then_some(kind)));
     let line = |kind: &&str| {
         let alike: Vec<&Defect> = defects.iter().filter(|d| d.kind == *kind).collect();
-        let weight = if *kind == "touching" { "note" } else { "warning" };
+        let weight = if matches!(*kind, "touching" | "dark-front" | "dark-back") { "note" } else { "warning" };
         let one = alike[0];
         if alike.len() == 1 {
             return format!("{weight}: {}", one.words);
@@ -147,6 +151,8 @@ fn what(kind: &str, count: usize, area: f64) -> String {
             format!("wound against each other along {} (a normal may be inverted)", number("edge", "edges"))
         }
         "open" => format!("open along {}", number("edge", "edges")),
+        "dark-front" => "without light on the front".to_owned(),
+        "dark-back" => "without light on the back".to_owned(),
         "touching" => format!("touch face to face, {area:.4} m² of them"),
         "doubled" => format!("lie in one place, {area:.4} m² of them"),
         _ => "cannot be cut into patches".to_owned(),

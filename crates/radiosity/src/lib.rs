@@ -18,6 +18,7 @@
 //! This room sees compiled scenes only; it knows no films and no descriptions, and prints nothing. What should be said about a scene comes out
 //! as values that name surfaces and facets.
 
+mod choices;
 pub mod cover;
 pub mod field;
 pub mod form_factor;

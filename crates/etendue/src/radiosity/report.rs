@@ -33,6 +33,8 @@ pub struct Report {
     pub closure_after: f64,
     /// Σ |A_i F_ij - A_j F_ji| / Σ A before the repair; after it, it is zero.
     pub reciprocity_before: f64,
+    /// Rows: `closed` where nothing is lost; of open scenes `losses`, one with what rays found lost, or `reciprocal`, what they lack is lost.
+    pub rows: &'static str,
     /// The part of all light that the repair sent elsewhere: to make both estimates of each pair agree, and to close rows.
     pub moved_by_repair: f64,
     /// What of that the noise of the rays is expected to move; zero where it is not known.
@@ -114,6 +116,7 @@ impl Report {
             closure_before: repair.closure_before,
             closure_after: repair.closure_after,
             reciprocity_before: repair.reciprocity_before,
+            rows: if repair.closed { "closed" } else { repair.open.name() },
             moved_by_repair: repair.moved_by_symmetry + repair.moved_by_scaling,
             moved_by_noise: repair.moved_by_noise,
             repair_sweeps: repair.sweeps,

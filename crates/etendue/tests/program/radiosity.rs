@@ -55,6 +55,30 @@ fn what_cannot_be_done_is_told() {
     bench.bad(2, &["measure", "furnace", "--at", "0,0"]);
 }
 
+/// Rows of an open scene by what was asked, told in words and numbers.
+#[test]
+fn open_scenes_are_closed_as_asked() {
+    let bench = Bench::new();
+    let with = |scene: &str, open: &str| {
+        let few = ["--patches", "200", "--even", "--samples", "64", "-o", "c.csv", "--stats", "s.json"];
+        let said = bench.good(&[&["radiosity", scene, "--open", open][..], &few].concat());
+        let report = bench.json("s.json");
+        let red = |key: &str| report[key][0].as_f64().expect("a number");
+        assert!(red("residual").abs() < 1e-3 * red("emitted"), "{report}");
+        (said, report["rows"].as_str().map(str::to_owned), red("escaped") / red("emitted"))
+    };
+    let (said, rows, losses) = with("cornell-box", "losses");
+    said.says(&["with what rays found lost"]);
+    assert_eq!(rows.as_deref(), Some("losses"));
+    let (said, rows, reciprocal) = with("cornell-box", "reciprocal");
+    said.says(&["the scene is open, and what rows lack is lost"]);
+    assert_eq!(rows.as_deref(), Some("reciprocal"));
+    assert!((reciprocal - losses).abs() > 1e-3 && (0.2..0.4).contains(&reciprocal), "{reciprocal} and {losses}");
+    assert_eq!(with("furnace", "reciprocal").1.as_deref(), Some("closed"));
+    bench.bad(1, &["radiosity", "--open", "reciprocal", "--method", "hierarchical"]).says(&["needs a matrix"]);
+    bench.bad(2, &["radiosity", "--open", "shut"]).says(&["losses", "reciprocal"]);
+}
+
 /// Ctrl-C between sweeps: the last whole one is written, and the report says that it was stopped.
 #[cfg(unix)]
 #[test]

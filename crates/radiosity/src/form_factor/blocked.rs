@@ -90,7 +90,7 @@ pub(super) fn blocked(
 }
 
 /// y uniform over patch j; g = A_i A_j G/π, m².
-fn by_points(patches: &Patches, x: &PatchPoint, i: u32, j: u32, u: Vec2) -> Option<(PatchPoint, f64)> {
+pub(crate) fn by_points(patches: &Patches, x: &PatchPoint, i: u32, j: u32, u: Vec2) -> Option<(PatchPoint, f64)> {
     let y = patches.sample(j, u);
     let d = y.p - x.p;
     let (r2, cos_x, cos_y) = (d.length_squared(), d.dot(x.n), -d.dot(y.n));
@@ -99,7 +99,14 @@ fn by_points(patches: &Patches, x: &PatchPoint, i: u32, j: u32, u: Vec2) -> Opti
 }
 
 /// y uniform in the solid angle Ω of patch j as seen from x; g = A_i Ω cosθx / π, m²: bounded where G is not.
-fn by_solid_angle(patches: &Patches, x: &PatchPoint, i: u32, j: u32, polygon: &[DVec3], u: Vec2) -> Option<(PatchPoint, f64)> {
+pub(crate) fn by_solid_angle(
+    patches: &Patches,
+    x: &PatchPoint,
+    i: u32,
+    j: u32,
+    polygon: &[DVec3],
+    u: Vec2,
+) -> Option<(PatchPoint, f64)> {
     let n = patches.get(j).n;
     let height = (x.p - polygon[0]).dot(n);
     if height <= 0.0 {

@@ -24,6 +24,7 @@ mod repair;
 mod tally;
 mod visible;
 
+pub(crate) use blocked::{by_points, by_solid_angle};
 pub use hemisphere::{Hemisphere, hemisphere};
 pub(crate) use hemisphere::{Landing, land};
 pub use method::{Method, TooLarge};

@@ -16,6 +16,7 @@
 //! The scaling is sped up by Anderson's acceleration of log x over the last [`DEPTH`] sweeps [Anderson 1965]: a third of the sweeps.
 
 use super::{FormFactors, Matrix, Rows};
+use crate::choices::choices;
 use rayon::prelude::*;
 use std::collections::VecDeque;
 
@@ -28,13 +29,13 @@ const SWEEPS: usize = 4000;
 /// Sweeps that the acceleration looks back on.
 const DEPTH: usize = 4;
 
-/// What an open scene's rows are brought to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Open {
-    /// Reciprocity, and no row above one.
-    Reciprocal,
-    /// One, together with what rays found lost.
-    WithLosses,
+choices! {
+    /// What an open scene's rows are brought to.
+    Open {
+        #[default]
+        WithLosses = "losses", "One, together with what rays found lost; reciprocity alone where none were cast.";
+        Reciprocal = "reciprocal", "Reciprocity, and no row above one: what a row lacks is lost.";
+    }
 }
 
 /// What the repair found and did.
@@ -42,6 +43,8 @@ pub enum Open {
 pub struct Repair {
     /// Whether no light is lost: all rows are to sum to one.
     pub closed: bool,
+    /// What the rows were brought to if light is lost.
+    pub open: Open,
     /// Largest |1 - Σ_j F_ij - losses| before.
     pub closure_before: f64,
     /// The same after.
@@ -66,7 +69,8 @@ impl FormFactors {
         let total: f64 = areas.iter().sum();
         let losses: Vec<f64> = (0..self.len()).map(|i| self.escaped[i] + self.absorbed[i]).collect();
         let closed = losses.iter().all(|l| *l == 0.0);
-        let closes = closed || self.losses_are_measured && open == Open::WithLosses;
+        let open = if self.losses_are_measured { open } else { Open::Reciprocal };
+        let closes = closed || open == Open::WithLosses;
         let closure_before = largest((0..self.len()).into_par_iter().map(|i| (1.0 - self.row_sum(i) - losses[i]).abs()));
 
         let (matrix, [off, noise]) = symmetric(self, areas);
@@ -100,6 +104,7 @@ impl FormFactors {
         let lost = |i: usize| self.escaped[i] + self.absorbed[i];
         Repair {
             closed,
+            open,
             closure_before,
             closure_after: largest((0..self.len()).into_par_iter().map(|i| (1.0 - self.row_sum(i) - lost(i)).abs())),
             reciprocity_before: off / total,

@@ -22,7 +22,7 @@ pub enum PatchSize {
 /// Which sides are patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
-    /// Fronts, and backs that reflect.
+    /// Fronts, and backs that reflect; neither where no light gets.
     ByMaterial,
     /// Fronts alone.
     Front,
@@ -63,6 +63,9 @@ impl Patches {
     pub fn cut(scene: &Scene, cutting: &Cutting) -> Result<Self, TooMany> {
         let mut patches = Self::pieces(scene);
         patches.sides = patches.choose_sides(scene, cutting.sides);
+        if cutting.sides == Sides::ByMaterial {
+            patches.leave_out_dark_sides(scene);
+        }
         let h = match cutting.size {
             PatchSize::Whole => f64::INFINITY,
             PatchSize::Metres(h) => h,

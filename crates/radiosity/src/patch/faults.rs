@@ -5,10 +5,11 @@
 //! | a facet without area | it is no patch |
 //! | facets side by side that are wound against each other | each keeps the front that its winding, or its vertex normals, give it |
 //! | edges of one facet only that no other surface has or stands against, where a surface is not a flat sheet | nothing: what passes through the gap is counted where it ends, or as escaped |
+//! | a side that no light reaches, as the inside of a box | it is no patch ([`super::dark`]) |
 //! | facets that cover each other in one plane, face to face | the covered parts exchange with each other alone ([`super::contacts`]) |
 //! | the same, where it cannot be told which sides face each other | rays see the one of them that the tree gives; the other sends light and gets none |
 
-use super::{NONE, Object, Patches};
+use super::{NONE, Object, Patches, Side};
 use etendue_numerics::{Ray, Vec3};
 use etendue_scene::{NO_INSTANCE, Scene, SurfaceId};
 use glam::DVec2;
@@ -46,6 +47,13 @@ pub enum Fault {
         first: Facet,
         /// How many there are in that surface.
         count: usize,
+    },
+    /// A side that no light reaches.
+    Dark {
+        /// The first facet of its surface.
+        first: Facet,
+        /// Which.
+        side: Side,
     },
     /// Facets in one plane that cover each other, face to face.
     Touching {
@@ -94,7 +102,7 @@ impl Patches {
             gaps.entry(facet.surface).or_insert((*facet, 0)).1 += 1;
         }
         faults.extend(gaps.into_values().map(|(first, count)| Fault::Open { first, count }));
-        self.faults = faults;
+        self.faults.extend(faults);
         let volume = |o: &Object| if shut[o.surface.index()] { self.volume(o) } else { 0.0 };
         self.volumes = self.objects.iter().map(volume).collect();
     }

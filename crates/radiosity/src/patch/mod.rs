@@ -12,7 +12,7 @@
 //! | Be_i | [`Patch::be`] | emitted radiosity π Le, W/m², mean over the patch |
 //!
 //! The winding of a mesh, or the normal of a shape, is its front. A side is a patch if it is a front, if it reflects or emits, or if the caller
-//! wants both sides ([`Sides`]); a back that is no patch absorbs what arrives.
+//! wants both sides ([`Sides`]); a back that is no patch absorbs what arrives. So does a side that no light reaches (`dark.rs`).
 //!
 //! From surfaces to patches:
 //!
@@ -26,6 +26,7 @@
 pub mod chart;
 mod contacts;
 mod cut;
+mod dark;
 mod faults;
 pub mod grid;
 mod locate;

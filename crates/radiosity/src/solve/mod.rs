@@ -7,7 +7,7 @@
 //! | symbol | identifier | unit |
 //! | --- | --- | --- |
 //! | Be, ρ, A | [`Equation::be`], [`Equation::rho`], [`Equation::areas`] | W/m², 1, m² |
-//! | E: irradiance from lights that are no patches | [`Equation::direct`] | W/m² |
+//! | E: irradiance from lights that are no patches, and what [`lamps`] puts right | [`Equation::direct`] | W/m² |
 //! | F | [`Equation::exchange`] | 1 |
 //! | B | [`Solution::b`] | W/m² |
 //! | ‖r‖ / ‖Be + ρ E‖, ‖x‖ = Σ A \|x\| over patches and channels | [`Solution::residuals`] | 1 |
@@ -24,6 +24,7 @@
 pub mod direct;
 mod energy;
 pub mod gauss_seidel;
+pub mod lamps;
 pub mod lights;
 pub mod neumann;
 pub mod shooting;

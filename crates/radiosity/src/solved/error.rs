@@ -61,6 +61,8 @@ pub enum Error {
         /// The method.
         method: Method,
     },
+    /// Rows of links are closed with losses, and reciprocity alone was asked for.
+    LossesOnly,
     /// It was stopped before there was anything to show.
     Cancelled,
 }
@@ -103,6 +105,9 @@ impl fmt::Display for Error {
                 f,
                 "`{}` needs form factors between all patches, and `hierarchical` has links between clusters; `neumann` fits",
                 method.name()
+            ),
+            Self::LossesOnly => f.write_str(
+                "`hierarchical` closes rows together with what its rays found lost; to make an open scene reciprocal only needs a matrix: `hemisphere`, `analytic` or `area`",
             ),
             Self::Cancelled => f.write_str("stopped before there was a solution"),
         }

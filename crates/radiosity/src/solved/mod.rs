@@ -12,6 +12,7 @@
 //! | `rays` | form-factor rays a patch; of `analytic`, which shares them among the patches that may be hidden, 2^20 at least | 1024 |
 //! | `error` | of `hierarchical`: the bound on ‖B - B*‖ / ‖B - Be‖ at which links are fine enough | 0.2 |
 //! | `method` | of solving; by links `neumann` alone | `neumann` |
+//! | `open` | what rows of an open scene are brought to ([`crate::form_factor::Repair`]); by links `losses` alone | `losses` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `sweeps` | at most | 1000 |
 //! | `seed` | of the rays | 0 |
@@ -28,10 +29,13 @@ use crate::form_factor::{FormFactors, Hemisphere, Open, Pairs, Repair, analytic,
 use crate::hierarchy::{Hierarchical, Hierarchy};
 use crate::patch::{Cutting, PatchSize, Patches, Sides};
 use crate::solve::direct::{MOST, TooLarge};
-use crate::solve::{Equation, Solution, Until, lights, neumann};
+use crate::solve::{Equation, Solution, Until, lamps, lights, neumann};
 use crate::{cover, refine};
 use etendue_scene::Scene;
 use glam::DVec3;
+
+/// One ray to lamps for so many form-factor rays.
+const LAMPS: usize = 8;
 
 /// What has been reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,9 +114,18 @@ impl Solved {
             let repair = links.repair;
             return Ok(Self { patches, exchange: Carrier::Links(Box::new(links)), repair, direct, solution });
         }
+        // Of rays that meet lamps by chance there are few; pairs have no need of them.
+        let rays = (settings.rays as usize / LAMPS).max(16);
+        let by_rays = settings.factors == Factors::Hemisphere;
+        let lit = by_rays.then(|| lamps::irradiance(scene, &patches, rays, settings.seed)).flatten();
         let (factors, repair) = factors(scene, &mut patches, &open, settings, watch)?;
         if !watch(Stage::Repaired) {
             return Err(Error::Cancelled);
+        }
+        if let Some(mut lit) = lit {
+            lit.iter_mut().zip(&open).filter(|(_, open)| **open > 0.0).for_each(|(e, open)| *e /= *open);
+            let equation = Equation::new(&patches, &factors, Vec::new());
+            lamps::put_right(&mut direct, &lit, &factors.multiply(&equation.be), &equation.areas);
         }
         let solution = settings.method.solve(&Equation::new(&patches, &factors, direct.clone()), &until)?;
         let exchange = Carrier::Matrix(Box::new(factors));
@@ -136,6 +149,9 @@ impl Solved {
         }
         if settings.factors == Factors::Hierarchical && settings.method != Method::Neumann {
             return Err(Error::NoRows { method: settings.method });
+        }
+        if settings.factors == Factors::Hierarchical && settings.open == Open::Reciprocal {
+            return Err(Error::LossesOnly);
         }
         let bytes = settings.bytes(count);
         let (many, large) = (count > settings.factors.most(), bytes > settings.memory);
@@ -178,6 +194,6 @@ fn factors(
     cover::shrink(patches, open);
     cover::uncover(&mut factors, patches, open);
     let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
-    let repair = factors.repair(&areas, Open::WithLosses);
+    let repair = factors.repair(&areas, settings.open);
     Ok((factors, repair))
 }

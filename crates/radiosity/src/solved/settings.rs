@@ -1,48 +1,11 @@
 //! What to do: how form factors are found and the equation is solved.
 
-use crate::form_factor::FormFactors;
+use crate::choices::choices;
+use crate::form_factor::{FormFactors, Open};
 use crate::hierarchy::Hierarchical;
 use crate::patch::PatchSize;
 use crate::solve::direct::TooLarge;
 use crate::solve::{Equation, Solution, Until, direct, gauss_seidel, neumann, shooting};
-
-/// An enum whose variants have names and a line of help: listed once.
-macro_rules! choices {
-    ($(#[$about:meta])* $type:ident { $($(#[$default:meta])* $variant:ident = $name:literal, $help:literal;)+ }) => {
-        $(#[$about])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-        pub enum $type {
-            $($(#[$default])* #[doc = $help] $variant,)+
-        }
-
-        impl $type {
-            /// All, in the order of the variants.
-            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
-            /// Their names, as users write them.
-            pub const NAMES: &'static [&'static str] = &[$($name),+];
-
-            /// The one of a place in [`Self::NAMES`]; the last for one beyond.
-            pub fn nth(i: usize) -> Self {
-                Self::ALL[i.min(Self::ALL.len() - 1)]
-            }
-
-            /// The one of a name.
-            pub fn named(name: &str) -> Option<Self> {
-                Self::NAMES.iter().position(|n| *n == name).map(Self::nth)
-            }
-
-            /// As users write it.
-            pub fn name(self) -> &'static str {
-                Self::NAMES[self as usize]
-            }
-
-            /// What it is, in a line.
-            pub fn help(self) -> &'static str {
-                [$($help),+][self as usize]
-            }
-        }
-    };
-}
 
 choices! {
     /// How form factors are found.
@@ -100,6 +63,8 @@ pub struct Settings {
     pub error: f64,
     /// How the equation is solved.
     pub method: Method,
+    /// What an open scene's rows are brought to.
+    pub open: Open,
     /// The relative residual at which it is.
     pub residual: f64,
     /// Sweeps at most.
@@ -119,6 +84,7 @@ impl Default for Settings {
             rays: 1024,
             error: Hierarchical::default().error,
             method: Method::default(),
+            open: Open::default(),
             residual: 1e-4,
             sweeps: 1000,
             seed: 0,

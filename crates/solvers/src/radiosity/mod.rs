@@ -17,6 +17,7 @@
 //! | `method` | of form factors: `hemisphere`, `analytic`, `area`, `hierarchical` | `hemisphere` |
 //! | `error` | of `hierarchical`: bound on the error of B, in parts of all reflected light, down to which links are refined | 0.2 |
 //! | `solve` | `neumann`, `gauss-seidel`, `shooting`, `direct` | `neumann` |
+//! | `open` | rows of open scenes: `losses`, one with what rays found lost; `reciprocal`, made reciprocal only | `losses` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `show` | `smooth`; `gather`: H from one more ray a display ray; `patches`: B as it is | `smooth` |
 
@@ -30,6 +31,7 @@ use crate::drivers::{Balance, Work, pixels};
 use crate::parameters::{Parameter, Slot};
 use crate::run::Run;
 use crate::solver::{CannotGoOn, Estimates, Needs, Refusal, Solver};
+use etendue_radiosity::form_factor::Open;
 use etendue_radiosity::patch::PatchSize;
 use etendue_radiosity::solved::{Factors, Method, Settings, Solved};
 use etendue_scene::Scene;
@@ -50,6 +52,8 @@ pub struct Radiosity {
     pub error: f32,
     /// A place in [`Method::NAMES`].
     pub method: usize,
+    /// A place in [`Open::NAMES`].
+    pub open: usize,
     /// Relative residual.
     pub residual: f32,
     /// A place in [`Show::NAMES`].
@@ -58,7 +62,17 @@ pub struct Radiosity {
 
 impl Default for Radiosity {
     fn default() -> Self {
-        Self { patches: 12_000, patch_size: 0.0, samples: 1024, factors: 0, error: 0.2, method: 0, residual: 1e-4, show: 0 }
+        Self {
+            patches: 12_000,
+            patch_size: 0.0,
+            samples: 1024,
+            factors: 0,
+            error: 0.2,
+            method: 0,
+            open: 0,
+            residual: 1e-4,
+            show: 0,
+        }
     }
 }
 
@@ -80,6 +94,11 @@ impl Radiosity {
         },
         Parameter { name: "solve", summary: "how the equation is solved", slot: |s| Slot::Choice(&mut s.method, Method::NAMES) },
         Parameter {
+            name: "open",
+            summary: "what the rows of an open scene are brought to",
+            slot: |s| Slot::Choice(&mut s.open, Open::NAMES),
+        },
+        Parameter {
             name: "residual",
             summary: "relative residual at which it is solved",
             slot: |s| Slot::Number(&mut s.residual, 1e-12..=1.0),
@@ -99,6 +118,7 @@ impl Radiosity {
             factors: Factors::nth(self.factors),
             error: f64::from(self.error),
             method: Method::nth(self.method),
+            open: Open::nth(self.open),
             residual: f64::from(self.residual),
             seed,
             ..Settings::default()

@@ -8,6 +8,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use etendue::Loaded;
 use etendue::radiosity::{Report, solve};
 use etendue_radiosity::Solved;
+use etendue_radiosity::form_factor::Open;
 use etendue_radiosity::patch::PatchSize;
 use etendue_radiosity::solved::{Factors, Method, Settings, Stage};
 use etendue_solvers::CancelToken;
@@ -40,6 +41,9 @@ pub struct SolutionArguments {
     /// How the equation is solved.
     #[arg(long, value_name = "METHOD", default_value = Method::NAMES[0], value_parser = methods())]
     solve: Method,
+    /// What the rows of an open scene are brought to.
+    #[arg(long, value_name = "ROWS", default_value = Open::NAMES[0], value_parser = open())]
+    open: Open,
     /// Relative residual at which it is.
     #[arg(long, value_name = "R", default_value_t = 1e-4, value_parser = parse::positive)]
     residual: f64,
@@ -59,6 +63,7 @@ impl SolutionArguments {
             rays: self.samples,
             error: self.error,
             method: self.solve,
+            open: self.open,
             residual: self.residual,
             seed: self.seed,
             ..Settings::default()
@@ -77,6 +82,10 @@ fn factors() -> impl TypedValueParser<Value = Factors> {
 
 fn methods() -> impl TypedValueParser<Value = Method> {
     choice(Method::ALL, Method::name, Method::help).map(|name| Method::named(&name).unwrap_or_default())
+}
+
+fn open() -> impl TypedValueParser<Value = Open> {
+    choice(Open::ALL, Open::name, Open::help).map(|name| Open::named(&name).unwrap_or_default())
 }
 
 /// How far a solution is: a bar on a terminal, a line now and then otherwise.

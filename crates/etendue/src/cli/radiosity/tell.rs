@@ -15,6 +15,11 @@ pub fn tell(r: &Report) {
     } else {
         String::new()
     };
+    let now = match r.rows {
+        "reciprocal" => "pairs to 0: the scene is open, and what rows lack is lost".to_owned(),
+        "losses" => format!("to {:.1e} and 0, with what rays found lost", r.closure_after),
+        _ => format!("to {:.1e} and 0", r.closure_after),
+    };
     output::message(&match r.error_bound {
         Some(bound) => format!(
             "{} patches, {} links by `{}` of {} rays a patch in {} MiB; rows closed to {:.1e}, pairs to 0; error of B below {:.1} % of all reflected light{}",
@@ -28,14 +33,13 @@ pub fn tell(r: &Report) {
             if r.error_reached { "" } else { ", not as low as asked: more rays no longer lowered it, or would not fit" },
         ),
         None => format!(
-            "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now to {:.1e} and 0; that moved {:.2} % of the light{noise}",
+            "{} patches, {} factors above zero by `{}` in {} MiB; before repair rows closed to {:.1e} and pairs to {:.1e}, now {now}; that moved {:.2} % of the light{noise}",
             r.patches,
             r.factors,
             r.method,
             r.factor_bytes >> 20,
             r.closure_before,
             r.reciprocity_before,
-            r.closure_after,
             100.0 * r.moved_by_repair
         ),
     });
