@@ -93,7 +93,7 @@ impl PixelSolver for Aov {
     }
 
     /// Numbers, or a surface's red, green and blue, also where light is made of wavelengths.
-    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+    fn radiances<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>, rays: &mut u64) {
         for (walk, u) in crowd.walks.iter_mut().zip(&crowd.samplers) {
             walk.wl = Wavelengths::Rgb;
             walk.l = self.radiance(c, *walk, u, rays);

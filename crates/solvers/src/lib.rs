@@ -35,6 +35,7 @@ mod lanes;
 pub mod light;
 pub mod light_nee;
 pub mod metropolis;
+mod neighbours;
 pub mod oracle;
 pub mod oracle_light;
 pub mod parameters;

@@ -4,8 +4,16 @@
 //! ```text
 //! L = Σ_k β_k [ w_b Le(x_k) + w_l f cosθ Le(y) V / p_l ],    w_b = h(p_b, p_l),  w_l = h(p_l, p_b),  h(p, q) = p²/(p² + q²)
 //! ```
+//!
+//! Walks of neighbouring pixels share what they find beyond their first vertex: see `neighbours`.
+//!
+//! | parameter | meaning | default |
+//! | --- | --- | --- |
+//! | `block` | edge of the blocks of pixels that share, 1, 2 or 4; 1 leaves each walk alone | 4 |
 
 use crate::lanes;
+use crate::neighbours;
+use crate::parameters::{Parameter, Slot};
 use crate::transport::{
     Context, Crowd, HOPE, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot,
 };
@@ -14,13 +22,33 @@ use etendue_numerics::{Pdf, Sampler};
 use etendue_scene::Interaction;
 
 /// The solver `path-mis`.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct PathMis {
     /// How the two techniques share; the power heuristic unless told otherwise.
     pub heuristic: Heuristic,
+    /// The blocks of pixels whose walks share what they find have an edge of 2^`block` pixels.
+    pub block: usize,
+}
+
+impl Default for PathMis {
+    fn default() -> Self {
+        Self { heuristic: Heuristic::default(), block: 2 }
+    }
 }
 
 impl PathMis {
+    /// What users may set.
+    pub const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
+        name: "block",
+        summary: "edge of the blocks of pixels whose walks share what they find; 1 leaves each alone",
+        slot: |s| Slot::Choice(&mut s.block, &["1", "2", "4"]),
+    }];
+
+    /// Each pixel's walks by themselves, weighted by `heuristic`.
+    pub const fn alone(heuristic: Heuristic) -> Self {
+        Self { heuristic, block: 0 }
+    }
+
     /// Collects Le at x or of the surroundings, weighted against the light sample that might have found it.
     #[inline]
     pub(crate) fn collect(&self, c: &Context<'_>, state: &mut PathState, x: Option<&Interaction>) {
@@ -61,7 +89,15 @@ impl PathSolver for PathMis {
         Step { shadow, goes_on }
     }
 
-    fn scatter_all(&self, c: &Context<'_>, crowd: &mut Crowd) {
+    fn block(&self) -> u32 {
+        1 << self.block
+    }
+
+    fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+        neighbours::meet(self.heuristic, &c.eager(), crowd)
+    }
+
+    fn scatter_all<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) {
         lanes::scatter_all(self, c, crowd);
     }
 }

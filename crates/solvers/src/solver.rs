@@ -249,7 +249,7 @@ solvers! {
     /// A random walk with the lights sampled at each vertex.
     PathNee => "path-nee", |_: &Integrator| PathNee;
     /// Both, combined by multiple importance sampling: the default.
-    PathMis => "path-mis", |_: &Integrator| PathMis::default();
+    PathMis => "path-mis", |_: &Integrator| PathMis::default(), PathMis::PARAMETERS;
     /// Direct light only, by light and material samples.
     Direct => "direct", |i: &Integrator| Direct { emitter_samples: i.emitter_samples, bsdf_samples: i.bsdf_samples },
         Direct::PARAMETERS;

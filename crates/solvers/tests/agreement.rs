@@ -15,7 +15,7 @@ use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::path_nee::PathNee;
 use etendue_solvers::transport::Heuristic;
 
-const BALANCE: PathMis = PathMis { heuristic: Heuristic::Balance };
+const BALANCE: PathMis = PathMis::alone(Heuristic::Balance);
 const SIZE: [u32; 2] = [8, 8];
 
 /// Samples per pixel of each solver.
@@ -72,6 +72,46 @@ fn a_room_with_gold_and_glass() {
     let mut family = Family::default();
     let effort = Effort { path: 256, nee: 512, mis: 128, oracle: 512 };
     all_agree(&mut family, "room", &balls(), PathRules::default().with_bounces(0..=5), &effort, 0.1);
+    family.must_hold();
+}
+
+/// Walks that share with those of neighbouring pixels against walks alone: Lambert's walls, varnish and gold before the eye and beyond, edges within blocks, a sky through a
+/// window, bounce by bounce.
+#[test]
+fn neighbours_that_share() {
+    let mut family = Family::default();
+    let varnish = |rest: &str| {
+        format!(
+            r#"<bsdf type="twosided"><bsdf type="roughplastic"><float name="alpha" value="0.15"/>
+            <rgb name="diffuse_reflectance" value="0.6, 0.4, 0.5"/>{rest}</bsdf></bsdf>"#
+        )
+    };
+    let sky: Vec<[f32; 3]> = (0..128).map(|i| if i % 64 < 3 { [9.0, 7.0, 5.0] } else { [1.0, 1.5, 2.0] }).collect();
+    let scene = scene(&format!(
+        r#"{}<emitter type="envmap"><string name="filename" value="{}"/></emitter>
+        <shape type="rectangle"><transform name="to_world"><rotate x="1" angle="-90"/><translate y="-1"/></transform>{}</shape>
+        <shape type="rectangle"><transform name="to_world"><translate z="1"/></transform>{}</shape>
+        <shape type="rectangle"><transform name="to_world"><rotate y="1" angle="90"/><translate x="-1"/></transform>{}</shape>
+        <shape type="rectangle"><transform name="to_world"><scale x="0.6"/><rotate x="1" angle="90"/><translate x="-0.4" y="1"/></transform>{}</shape>
+        <shape type="cube"><transform name="to_world"><scale value="0.25"/><rotate y="1" angle="25"/><translate x="0.4" y="-0.75" z="0.2"/></transform>{}</shape>
+        <shape type="sphere"><point name="center" value="-0.4, -0.7, 0"/><float name="radius" value="0.3"/>
+            <bsdf type="roughconductor"><float name="alpha" value="0.2"/></bsdf></shape>"#,
+        camera("0, 0, -2.2", "0, -0.2, 0", "0, 1, 0", 50.0, [16, 16]),
+        picture_file("agreement-window", 16, &sky),
+        diffuse(0.7),
+        varnish(""),
+        diffuse(0.5),
+        diffuse(0.6),
+        varnish(r#"<string name="distribution" value="ggx"/>"#),
+    ));
+    for (bounces, spp) in [(0..=u32::MAX - 1, 64), (1..=1, 32), (2..=2, 64)] {
+        let job = samples(spp).with(PathRules::default().with_bounces(bounces.clone()));
+        let alone = replicates(&scene, &PathMis::alone(Heuristic::Power), job);
+        for block in 1..=2 {
+            let together = replicates(&scene, &PathMis { block, ..PathMis::default() }, job.seed(block as u64 + 1));
+            agreement(&mut family, &format!("blocks of {}, bounces {bounces:?}", 1 << block), &scene, &together, &alone, 0.3);
+        }
+    }
     family.must_hold();
 }
 

@@ -27,7 +27,7 @@ const RHO: f64 = 0.5;
 fn with_light_samples(family: &mut Family, name: &str, scene: &Scene, expected: f64, spp: u32, bound: f64) {
     closed_form(family, &format!("path-nee, {name}"), scene, &PathNee, expected, spp, bound);
     closed_form(family, &format!("path-mis, {name}"), scene, &PathMis::default(), expected, spp, bound);
-    let balance = PathMis { heuristic: Heuristic::Balance };
+    let balance = PathMis { heuristic: Heuristic::Balance, ..PathMis::default() };
     closed_form(family, &format!("path-mis (balance), {name}"), scene, &balance, expected, spp, bound);
     let direct = Direct { emitter_samples: 2, bsdf_samples: 1 };
     closed_form(family, &format!("direct, {name}"), scene, &direct, expected, spp, bound);

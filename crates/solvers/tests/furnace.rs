@@ -16,8 +16,8 @@ use etendue_solvers::path_nee::PathNee;
 use etendue_solvers::transport::Heuristic;
 
 const ALBEDOS: [f32; 3] = [0.2, 0.5, 0.9];
-const BALANCE: PathMis = PathMis { heuristic: Heuristic::Balance };
-const POWER: PathMis = PathMis { heuristic: Heuristic::Power };
+const BALANCE: PathMis = PathMis::alone(Heuristic::Balance);
+const POWER: PathMis = PathMis { heuristic: Heuristic::Power, block: 2 };
 
 /// Samples per pixel: more where light lives longer.
 fn spp(a: f32, bounces: Option<u32>) -> u32 {

@@ -11,7 +11,7 @@ use etendue_solvers::bidirectional::{Bidirectional, Strategies, worth::Worth};
 use etendue_solvers::drivers::PixelSolver;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::solver::{CannotGoOn, Needs};
-use etendue_solvers::transport::{Context, Heuristic, PathSolver, PathState, Step, trace};
+use etendue_solvers::transport::{Context, Crowd, Heuristic, PathSolver, PathState, Step, trace};
 use etendue_solvers::{PathRules, Run, Solver, Stop, Work};
 
 /// path-mis, one walk after the other.
@@ -27,6 +27,14 @@ impl PixelSolver for OneByOne {
 struct StepByStep(PathMis);
 
 impl PathSolver for StepByStep {
+    fn block(&self) -> u32 {
+        PathSolver::block(&self.0)
+    }
+
+    fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+        self.0.meet(c, crowd)
+    }
+
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
         self.0.scatter(c, state, hit, u)
     }
@@ -47,12 +55,12 @@ const LAMP: &str = r#"<shape type="rectangle">
     <transform name="to_world"><rotate x="1" angle="90"/><scale x="0.4" z="0.3"/><translate y="0.95"/></transform>
     <bsdf type="diffuse"/><emitter type="area"><rgb name="radiance" value="3, 4, 5"/></emitter></shape>"#;
 
-/// The three ways give one picture, by both heuristics, in RGB and in wavelengths.
+/// The three ways give one picture, by both heuristics, in RGB and in wavelengths; and walks that share with their neighbours, on lanes and not.
 fn must_be_equal(name: &str, scene: &mut Scene, rules: PathRules) {
     for (spectral, heuristic) in [(false, Heuristic::Power), (false, Heuristic::Balance), (true, Heuristic::Power)] {
         scene.spectral = spectral;
         let scene = &*scene;
-        let solver = PathMis { heuristic };
+        let solver = PathMis::alone(heuristic);
         for stop in [Stop::Samples(3), Stop::Noise { percent: 1e-9, limit: 16 }] {
             let job = Job { stop, ..samples(0).with(rules) };
             let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
@@ -63,6 +71,12 @@ fn must_be_equal(name: &str, scene: &mut Scene, rules: PathRules) {
                 "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: crowds"
             );
             assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: lanes");
+        }
+        for block in [1, 2] {
+            let (solver, job) = (PathMis { heuristic, block }, samples(3).with(rules));
+            let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
+            let steps = bits(render(scene, &StepByStep(solver), job).0);
+            assert!(bits(render(scene, &solver, job).0) == steps, "{name}, {heuristic:?}, spectral {spectral}: blocks of {block}");
         }
     }
 }

@@ -24,11 +24,16 @@ pub trait PixelSolver: Sync {
         Estimates::Light
     }
 
+    /// Edge of the blocks of pixels whose walks are handed over together, as blocks; 1 where each is alone.
+    fn block(&self) -> u32 {
+        1
+    }
+
     /// An estimate of L along the walk's first ray, times its weight, at the walk's wavelengths. Counts rays.
     fn radiance(&self, c: &Context<'_>, eye: PathState, u: &Sampler, rays: &mut u64) -> Spectrum;
 
     /// The same for a crowd of walks; each one's answer is left in its `l`. Counts rays.
-    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+    fn radiances<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>, rays: &mut u64) {
         for (walk, u) in crowd.walks.iter_mut().zip(&crowd.samplers) {
             walk.l = self.radiance(c, *walk, u, rays);
         }
@@ -45,7 +50,11 @@ impl<T: PathSolver> PixelSolver for T {
         trace(self, c, eye, u, rays)
     }
 
-    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+    fn block(&self) -> u32 {
+        PathSolver::block(self)
+    }
+
+    fn radiances<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>, rays: &mut u64) {
         crowd.trace(self, c, rays);
     }
 }
@@ -103,6 +112,16 @@ impl Tiling {
         let columns = self.size[0].div_ceil(self.edge) as usize;
         let low = [(tile % columns) as u32 * self.edge, (tile / columns) as u32 * self.edge];
         (low, [(low[0] + self.edge).min(self.size[0]), (low[1] + self.edge).min(self.size[1])])
+    }
+
+    /// The squares of `edge` by `edge` pixels that a tile has a part of: left, top, right and bottom in pixels of the whole film, from which they are cut; the picture
+    /// begins at `film.crop_offset` there.
+    fn squares(&self, tile: usize, edge: u32, film: &FilmSettings) -> impl Iterator<Item = [u32; 4]> + use<> {
+        let ((low, high), [x, y], size) = (self.rectangle(tile), film.crop_offset, film.size);
+        let starts = move |low: u32, high: u32| (low - low % edge..high).step_by(edge as usize);
+        starts(low[1] + y, high[1] + y).flat_map(move |top| {
+            starts(low[0] + x, high[0] + x).map(move |left| [left, top, (left + edge).min(size[0]), (top + edge).min(size[1])])
+        })
     }
 
     /// The pixels of a tile, row by row.
@@ -172,6 +191,18 @@ impl SamplePlan {
         }
     }
 
+    /// Where a pixel of the film stands in a picture whose blocks are put together: of each two by two pixels one, any of them, goes to each of the four blocks of a square.
+    /// Its numbers are those of that place, for neighbours there have the most even ones together.
+    #[inline]
+    fn together(&self, edge: u32, [x, y]: [u32; 2]) -> [u32; 2] {
+        if edge == 1 {
+            return [x, y];
+        }
+        let turn = mix(self.seed ^ mix(u64::from(y >> 1) << 32 ^ u64::from(x >> 1))) as u32;
+        let place = |x: u32, turn: u32| x - x % (2 * edge) + (x >> 1) % edge + ((x ^ turn) & 1) * edge;
+        [place(x, turn), place(y, turn >> 1)]
+    }
+
     #[inline]
     pub(crate) fn sampler(&self, run: &Run<'_>, x: u32, y: u32) -> Sampler {
         Sampler::on_screen(run.sequence, self.seed, [x, y], self.sample, self.count)
@@ -179,27 +210,28 @@ impl SamplePlan {
 }
 
 #[expect(clippy::too_many_arguments, reason = "the inner loop of a pass, called in one place")]
-fn fill(
+fn fill<'a>(
     solver: &impl PixelSolver,
-    c: &Context<'_>,
+    c: &Context<'a>,
     run: &Run<'_>,
     plan: &SamplePlan,
     tiling: &Tiling,
     tiles: Range<usize>,
-    crowd: &mut Crowd,
+    crowd: &mut Crowd<'a>,
     tile: &mut Tile,
     work: &Work<'_>,
 ) {
-    // Walks through all pixels of the tiles.
+    // Walks through all pixels of the tiles, block by block.
     let view = &c.scene.views[run.view];
     let todo = || tiles.clone().filter(|index| !work.units.is_done(*index));
-    let mut positions = Vec::with_capacity(CROWD);
+    let edge = solver.block();
+    let Places { pixels, order, ends } = Places::new(plan, tiling, todo(), edge, &view.film);
+    let mut positions = Vec::with_capacity(pixels.len());
+    let mut ends = ends.iter().peekable();
     crowd.clear();
-    let pixels: Vec<_> = todo().flat_map(|index| tiling.pixels(index)).collect();
-    let [offset_x, offset_y] = view.film.crop_offset;
     let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
     for some in pixels.chunks(within_x.len()) {
-        let samplers: Vec<_> = some.iter().map(|[x, y]| plan.sampler(run, x + offset_x, y + offset_y)).collect();
+        let samplers: Vec<_> = some.iter().map(|pixel| plan.together(edge, *pixel)).map(|[x, y]| plan.sampler(run, x, y)).collect();
         Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
         Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
         if c.scene.spectral {
@@ -210,19 +242,23 @@ fn fill(
             positions.push(position);
             let wl = c.scene.wavelengths(|| hue[i]);
             crowd.push(eye_walk_at(c, run.view, on_film, lens(&view.sensor, &u), time[i], wl), u);
+            if ends.next_if_eq(&&positions.len()).is_some() {
+                crowd.end_block();
+            }
         }
     }
     let mut rays = 0;
     solver.radiances(c, crowd, &mut rays);
 
     // What they collected, tile by tile.
-    let mut seen = positions.iter().zip(crowd.collected());
+    let seen: Vec<_> = positions.into_iter().zip(crowd.collected()).collect();
+    let mut seen = order.iter().map(|i| seen[*i]);
     for index in todo() {
         let (low, high) = tiling.rectangle(index);
         tile.begin(low, high);
         let mut tracked = work.replicates.map(|r| r.lock().unwrap_or_else(PoisonError::into_inner));
         for (pixel, (position, l)) in tiling.pixels(index).zip(&mut seen) {
-            tile.add(*position, l, plan.pass);
+            tile.add(position, l, plan.pass);
             if let Some(sums) = &mut tracked
                 && let Some(slot) = sums.slot(pixel)
             {
@@ -235,24 +271,72 @@ fn fill(
         work.progress.tiles.fetch_add(1, Ordering::Relaxed);
     }
     work.progress.rays.fetch_add(rays, Ordering::Relaxed);
-    work.progress.paths.fetch_add(positions.len() as u64, Ordering::Relaxed);
+    work.progress.paths.fetch_add(order.len() as u64, Ordering::Relaxed);
+}
+
+/// The pixels of some tiles, those beyond them that belong to their blocks included. Four blocks are mingled in a square of twice their edge
+/// ([`SamplePlan::together`]), lest the errors that a block has in common be seen as a block.
+struct Places {
+    /// In pixels of the whole film, block by block.
+    pixels: Vec<[u32; 2]>,
+    /// For each pixel of the tiles, row by row, its place among those.
+    order: Vec<usize>,
+    /// Where blocks end.
+    ends: Vec<usize>,
+}
+
+impl Places {
+    fn new(plan: &SamplePlan, tiling: &Tiling, tiles: impl Iterator<Item = usize>, edge: u32, film: &FilmSettings) -> Self {
+        let mut all = Self { pixels: Vec::with_capacity(CROWD), order: Vec::with_capacity(CROWD), ends: Vec::new() };
+        let [left, top] = film.crop_offset;
+        for tile in tiles {
+            if edge == 1 {
+                all.pixels.extend(tiling.pixels(tile).map(|[x, y]| [x + left, y + top]));
+                all.order.extend(all.order.len()..all.pixels.len());
+                continue;
+            }
+            let (low, high) = tiling.rectangle(tile);
+            let (first, width) = (all.order.len(), high[0] - low[0]);
+            all.order.resize(first + (width * (high[1] - low[1])) as usize, 0);
+            for [left, top, right, bottom] in tiling.squares(tile, 2 * edge, film) {
+                let mut blocks: [Vec<[u32; 2]>; 4] = Default::default();
+                for pixel in (top..bottom).flat_map(|y| (left..right).map(move |x| [x, y])) {
+                    let [x, y] = plan.together(edge, pixel).map(|x| (x / edge % 2) as usize);
+                    blocks[x | y << 1].push(pixel);
+                }
+                for same in blocks.iter().filter(|same| !same.is_empty()) {
+                    for [x, y] in same {
+                        let at = [x.wrapping_sub(film.crop_offset[0]), y.wrapping_sub(film.crop_offset[1])];
+                        if (low[0]..high[0]).contains(&at[0]) && (low[1]..high[1]).contains(&at[1]) {
+                            all.order[first + ((at[1] - low[1]) * width + at[0] - low[0]) as usize] = all.pixels.len();
+                        }
+                        all.pixels.push([*x, *y]);
+                    }
+                    all.ends.push(all.pixels.len());
+                }
+            }
+        }
+        all
+    }
 }
 
 /// A walk about to leave the eye through pixel [x, y] of the picture, and its position there.
 #[inline]
-pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, pixel: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
+pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x, y]: [u32; 2], u: &Sampler) -> (Vec2, PathState) {
+    let pixel = [x + film.crop_offset[0], y + film.crop_offset[1]];
     let (position, on_film) = place(film, pixel, u.u2(Dim::at(0, slot::PIXEL)));
     (position, eye_walk(c, run.view, on_film, u))
 }
 
-/// A place `within` a pixel: in the picture, and on the full film.
+/// A place `within` a pixel of the full film: in the picture, and on the film.
 #[inline]
 fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
     // Far from zero the sum may round up to the next pixel: this one would go without, and stay black with a single sample.
     let below = |n: u32| (n as f32 + 1.0).next_down();
-    let position = (Vec2::new(x as f32, y as f32) + within).min(Vec2::new(below(x), below(y)));
+    let [column, row] = [x.wrapping_sub(film.crop_offset[0]), y.wrapping_sub(film.crop_offset[1])];
+    let position = (Vec2::new(column as f32, row as f32) + within).min(Vec2::new(below(column), below(row)));
     // Added to whole numbers, so that a crop sees the same directions as the whole film, to the bit.
-    (position, Vec2::new((x + film.crop_offset[0]) as f32, (y + film.crop_offset[1]) as f32) + within)
+    (position, Vec2::new(x as f32, y as f32) + within)
 }
 
 /// A walk about to leave the eye through a place of the full film, in pixels.

@@ -18,6 +18,7 @@ mod place;
 mod turn;
 mod vertices;
 
+use crate::neighbours::First;
 use crate::path_mis::PathMis;
 use crate::transport::{Context, Crowd, PathSolver, PathState, Step, slot};
 use connect::Connect;
@@ -39,7 +40,7 @@ impl Default for Lanes {
 }
 
 /// Advances all walks of the crowd by one vertex.
-pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) {
+pub(crate) fn scatter_all<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>) {
     let c = &c.eager();
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
@@ -50,7 +51,11 @@ pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) 
         match hit.as_ref().and_then(|hit| Some((hit, lambert(c, walk, hit)?))) {
             Some((hit, lambert)) => gather(solver, c, v, *i, walk, u, hit, lambert),
             None => {
+                let before = crowd.neighbours.watches(walk.vertex).then_some(*walk);
                 let step = solver.scatter(c, walk, *hit, u);
+                if let Some(before) = &before {
+                    crowd.neighbours.note(c, *i, before, hit.as_ref(), &step, walk);
+                }
                 crowd.take(*i, &step);
             }
         }
@@ -64,7 +69,7 @@ pub(crate) fn scatter_all(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd) 
 
 /// ρ of the surface that is hit, and whether its back is a front as well, if the walk can go on in a lane.
 #[inline(always)]
-fn lambert<'a>(c: &Context<'a>, walk: &PathState, hit: &Hit) -> Option<(&'a ColorSlot, bool)> {
+pub(crate) fn lambert<'a>(c: &Context<'a>, walk: &PathState, hit: &Hit) -> Option<(&'a ColorSlot, bool)> {
     let in_time = walk.edges < c.rules.max_edges;
     let material = c.scene.surface(SurfaceId(hit.geometry)).material;
     if in_time { c.scene.material(material).lambert(c.scene) } else { None }
@@ -111,7 +116,7 @@ fn reflectance<'a>(rho: &ColorSlot, wl: &Wavelengths, at: impl Fn() -> TextureCo
 }
 
 /// Advances the walks in lanes, and empties them.
-fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertices, lone: Option<&Lone>) {
+fn advance<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>, v: &mut Vertices, lone: Option<&Lone>) {
     if v.count() == 0 {
         return;
     }
@@ -141,6 +146,12 @@ fn advance(solver: &PathMis, c: &Context<'_>, crowd: &mut Crowd, v: &mut Vertice
         let (shadow, goes_on) = (v.shadow(i, state.edges + 1), v.goes_on[i] != 0);
         if goes_on {
             v.store(i, state);
+            if vertex == 1 && crowd.neighbours.watches(vertex) {
+                let beta = state.beta.carry(Spectrum::ONE);
+                let first =
+                    First { p: v.p.get(i), p_error: v.p_error.get(i), n: v.n.get(i), ns: v.from_n.get(i), beta, other: None };
+                crowd.neighbours.first(walk, first);
+            }
         }
         crowd.take(walk, &Step { shadow, goes_on });
     }

@@ -223,7 +223,7 @@ impl Eye<'_> {
 }
 
 impl PixelSolver for Eye<'_> {
-    fn radiances(&self, c: &Context<'_>, crowd: &mut Crowd, rays: &mut u64) {
+    fn radiances<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>, rays: &mut u64) {
         for (walk, u) in crowd.walks.iter_mut().zip(&crowd.samplers) {
             walk.wl = self.map.wl;
             walk.l = self.radiance(c, *walk, u, rays);

@@ -5,16 +5,18 @@
 //! ```
 //!
 //! The walks set out together, so all of them are at the same vertex. Each gives the same bits as alone ([`super::trace`]): what a walk
-//! computes does not depend on its company, and what it collects is summed in the same order.
+//! computes does not depend on its company, and what it collects is summed in the same order. Only walks that are handed over as a block may share what they
+//! find, where the solver says how ([`PathSolver::meet`]); they depend on each other, and on nobody else.
 
 use super::{Context, PathSolver, PathState, ShadowQuery, Step, arrives};
 use crate::lanes::Lanes;
+use crate::neighbours::Neighbours;
 use etendue_accel::Hit;
 use etendue_numerics::{Ray, Sampler, Spectrum};
 
 /// Walks, and the queues between the stages.
 #[derive(Default)]
-pub struct Crowd {
+pub struct Crowd<'a> {
     /// The walks.
     pub walks: Vec<PathState>,
     /// The numbers of each.
@@ -31,19 +33,28 @@ pub struct Crowd {
     occluded: Vec<bool>,
     /// Memory of those steps that work on lanes.
     pub(crate) lanes: Option<Lanes>,
+    /// Where each block of walks that may share ends.
+    pub(crate) blocks: Vec<u32>,
+    pub(crate) neighbours: Neighbours<'a>,
 }
 
-impl Crowd {
+impl<'a> Crowd<'a> {
     /// Takes away all walks.
     pub fn clear(&mut self) {
         self.walks.clear();
         self.samplers.clear();
+        self.blocks.clear();
     }
 
     /// Adds a walk about to leave the eye.
     pub fn push(&mut self, eye: PathState, u: Sampler) {
         self.walks.push(eye);
         self.samplers.push(u);
+    }
+
+    /// The walks since the last block are one.
+    pub fn end_block(&mut self) {
+        self.blocks.push(self.walks.len() as u32);
     }
 
     /// Whether there are no walks.
@@ -63,9 +74,12 @@ impl Crowd {
     }
 
     /// Traces all walks to their ends. What each collected is in its `l`; counts the rays.
-    pub fn trace(&mut self, solver: &impl PathSolver, c: &Context<'_>, rays: &mut u64) {
+    pub fn trace(&mut self, solver: &impl PathSolver, c: &Context<'a>, rays: &mut u64) {
         self.going.clear();
         self.going.extend(0..self.walks.len() as u32);
+        let share = c.may_share() && !self.blocks.is_empty();
+        self.neighbours.begin(share, self.walks.len());
+        let mut vertex = 1;
         while !self.going.is_empty() {
             // RT.
             self.rays.clear();
@@ -74,14 +88,22 @@ impl Crowd {
             *rays += self.going.len() as u64;
 
             // The next vertex.
+            if share && vertex == 2 {
+                *rays += solver.meet(c, self);
+            }
             solver.scatter_all(c, self);
 
             // V.
             *rays += self.shadows.len() as u64;
             self.connect(c);
+            if share && vertex == 2 {
+                self.neighbours.connected(&mut self.walks);
+            }
             std::mem::swap(&mut self.going, &mut self.onward);
             self.onward.clear();
+            vertex += 1;
         }
+        self.neighbours.part(&mut self.walks);
     }
 
     /// Adds what of the connections arrives.

@@ -35,6 +35,8 @@ pub mod slot {
     pub const PHOTON: u32 = 5;
     /// Which connections are worth a shadow ray.
     pub const WORTH: u32 = 6;
+    /// Whether a walk that its neighbours share is followed.
+    pub const SHARED: u32 = 7;
 }
 
 /// β: the product of f cosθ / p along the walk so far.
@@ -140,11 +142,26 @@ pub trait PathSolver: Sync {
     /// Advances the walk whose ray met `hit` by one vertex.
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step;
 
+    /// Edge of the blocks of pixels whose walks share what they find; 1 leaves each alone.
+    fn block(&self) -> u32 {
+        1
+    }
+
+    /// Lets walks that stand before their second vertex share what they met there. Returns how many rays that took.
+    fn meet<'a>(&self, _: &Context<'a>, _: &mut Crowd<'a>) -> u64 {
+        0
+    }
+
     /// Advances the walks of a crowd that go on, all by one vertex: the same as [`PathSolver::scatter`] of each.
-    fn scatter_all(&self, c: &Context<'_>, crowd: &mut Crowd) {
+    fn scatter_all<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) {
         for k in 0..crowd.going.len() {
             let i = crowd.going[k] as usize;
-            let step = self.scatter(c, &mut crowd.walks[i], crowd.hits[k], &crowd.samplers[i]);
+            let (walk, hit) = (&mut crowd.walks[i], crowd.hits[k]);
+            let before = crowd.neighbours.watches(walk.vertex).then_some(*walk);
+            let step = self.scatter(c, walk, hit, &crowd.samplers[i]);
+            if let Some(before) = &before {
+                crowd.neighbours.note(c, i as u32, before, hit.as_ref(), &step, walk);
+            }
             crowd.take(i as u32, &step);
         }
     }

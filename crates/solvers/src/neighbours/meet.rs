@@ -1,0 +1,230 @@
+//! What the rays of a block's walks meet beyond their first vertices, and who takes how much of it.
+
+use super::sight::{Aim, Densities, LANES};
+use super::{Find, First, Neighbours, OtherFind};
+use crate::lanes::lambert;
+use crate::transport::{Context, Crowd, HOPE, Heuristic, PathState, Throughput, mis_weight, slot};
+use etendue_accel::Hit;
+use etendue_numerics::math::FRAC_1_PI;
+use etendue_numerics::ray::offset_origin;
+use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
+use etendue_scene::{Interaction, SurfaceId};
+
+/// κ: how many walks of a block are followed. By measurement: more cost time, fewer bring noise.
+const FOLLOWED: f32 = 1.0;
+
+/// The same of directions that escape, which cost nothing but the neighbours' shadow rays.
+const ESCAPED: f32 = 2.0;
+
+/// What all walks of a block could have met.
+enum Met<'a> {
+    Surface(&'a Interaction),
+    /// A direction with what shines from there.
+    Sky(Vec3),
+}
+
+/// Lets the walks of each block share what they met at their second vertices. Returns how many rays that took.
+pub(crate) fn meet<'a>(heuristic: Heuristic, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+    let mut all = std::mem::take(&mut crowd.neighbours);
+    let mut hit_of = vec![None; crowd.walks.len()];
+    for (k, i) in crowd.going.iter().enumerate() {
+        hit_of[*i as usize] = Some(k);
+    }
+    all.find_of.clear();
+    all.find_of.resize(crowd.walks.len(), None);
+    let mut ended = vec![false; crowd.going.len()];
+    let mut begin = 0;
+    for end in &crowd.blocks {
+        let block = [begin, *end];
+        begin = *end;
+        let walks = block[0]..block[1];
+        if walks.clone().filter(|i| all.firsts[*i as usize].shares()).count() < 2 {
+            continue;
+        }
+        for i in walks {
+            let Some(k) = hit_of[i as usize] else { continue };
+            if !all.firsts[i as usize].shares() {
+                continue;
+            }
+            let (walk, u) = (&mut crowd.walks[i as usize], &crowd.samplers[i as usize]);
+            let u = || u.u1(Dim::at(2, slot::SHARED));
+            ended[k] = match &crowd.hits[k] {
+                Some(hit) => all.surface(c, block, i, walk, hit, u),
+                None => all.sky(heuristic, c, block, i, walk, u),
+            };
+        }
+    }
+    let rays = all.look(c);
+    crowd.neighbours = all;
+    let mut keep = ended.iter();
+    crowd.going.retain(|_| keep.next() == Some(&false));
+    let mut keep = ended.iter();
+    crowd.hits.retain(|_| keep.next() == Some(&false));
+    rays
+}
+
+impl<'a> Neighbours<'a> {
+    /// Shares what is reflected at `hit`, if it can be. Returns whether the walk ends there.
+    fn surface(&mut self, c: &Context<'a>, block: [u32; 2], i: u32, walk: &mut PathState, hit: &Hit, u: impl Fn() -> f32) -> bool {
+        if c.ends(walk) || c.scene.surface(SurfaceId(hit.geometry)).emitter.is_some() {
+            return false;
+        }
+        let y = c.scene.interaction(&walk.ray, hit);
+        let other = lambert(c, walk, hit).is_none().then_some(self.vertices.len());
+        if other.is_some() && !self.keep(c, &y, walk) {
+            return false;
+        }
+        let guess = self.guess(block, i, &Met::Surface(&y), FOLLOWED);
+        let Some((first, q)) = guess.filter(|(_, q)| *q == 1.0 || u() < *q) else {
+            self.vertices.truncate(other.unwrap_or(self.vertices.len()));
+            // Where it could not have gone there it goes on by itself.
+            guess.inspect(|(first, _)| self.densities.truncate(*first));
+            return guess.is_some();
+        };
+        for (n, k) in (block[0]..block[1]).enumerate() {
+            self.share(&Met::Surface(&y), first + n, k, |_| 1.0);
+        }
+        self.aim(block, i, first, &y);
+        let other =
+            other.map(|vertex| OtherFind { vertex: vertex as u32, by_light: Spectrum::ZERO, wi_light: Vec3::ZERO, wi: Vec3::ZERO });
+        self.find_of[i as usize] = Some(self.finds.len() as u32);
+        self.finds.push(Find { walk: i, before: std::mem::take(&mut walk.l), block, shares: first, other });
+        // From here on it is a walk of its own, from y.
+        walk.beta = Throughput::ONE;
+        walk.beta.divide(q);
+        walk.roulette_scale = HOPE * q;
+        false
+    }
+
+    /// Shares what shines from where the walk's ray escapes to. Returns whether that was done: then the walk ends.
+    fn sky(
+        &mut self,
+        heuristic: Heuristic,
+        c: &Context<'a>,
+        block: [u32; 2],
+        i: u32,
+        walk: &mut PathState,
+        u: impl Fn() -> f32,
+    ) -> bool {
+        let le = c.scene.le_escaped(&walk.ray, &walk.wl);
+        if le.is_zero() || !c.rules.counts(walk.edges) {
+            return false;
+        }
+        let d = walk.ray.d;
+        let Some((first, q)) = self.guess(block, i, &Met::Sky(d), ESCAPED) else { return false };
+        if q < 1.0 && u() >= q {
+            self.densities.truncate(first);
+            return true;
+        }
+        for (n, k) in (block[0]..block[1]).enumerate() {
+            let from = self.firsts[k as usize].from();
+            let weight = |pdf: f32| mis_weight(heuristic, pdf, c.scene.pdf_light_escaped(&from, d));
+            self.share(&Met::Sky(d), first + n, k, weight);
+            if k != i && self.densities[first + n] > 0.0 {
+                let x = &self.firsts[k as usize];
+                self.rays.push(Ray::new(offset_origin(x.p, x.p_error, x.n, d), d));
+                self.places.push((first + n) as u32);
+            }
+        }
+        self.finds.push(Find { walk: i, before: std::mem::replace(&mut walk.l, le / q), block, shares: first, other: None });
+        true
+    }
+
+    /// Notes a for each walk of the block, as if all were Lambert's and saw y. Returns the place of the first, and q; `None` where the walk i itself, by
+    /// rounding, could not have gone there.
+    fn guess(&mut self, block: [u32; 2], i: u32, met: &Met<'_>, kappa: f32) -> Option<(usize, f32)> {
+        let first = self.densities.len();
+        let (begin, end) = (block[0] as usize, block[1] as usize);
+        match met {
+            Met::Sky(w) => self.densities.extend(self.firsts[begin..end].iter().map(|x| (x.ns.dot(*w) * FRAC_1_PI).max(0.0))),
+            Met::Surface(y) => {
+                for some in (begin..end).step_by(LANES) {
+                    let found = wide::widest(Densities { places: &self.sights, first: some, y });
+                    self.densities.extend(&found[..LANES.min(end - some)]);
+                }
+            }
+        }
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for a in &self.densities[first..] {
+            sum += a;
+            squares += a * a;
+        }
+        if self.densities[first + (i - block[0]) as usize] > 0.0 && squares > 0.0 && sum.is_finite() {
+            return Some((first, (kappa * squares.sqrt() / sum).min(1.0)));
+        }
+        self.densities.truncate(first);
+        None
+    }
+
+    /// What walk k takes, if nothing stands between; `weight` of its density, 1/sr, is its share against light samples from a sky.
+    fn share(&mut self, met: &Met<'_>, place: usize, k: u32, weight: impl Fn(f32) -> f32) {
+        let x = &self.firsts[k as usize];
+        let a = &mut self.densities[place];
+        let mut share = Spectrum::ZERO;
+        if *a > 0.0 {
+            share = match x.other {
+                None => x.beta * (*a * weight(*a)),
+                Some(vertex) => {
+                    let (w, area) = met.from(x);
+                    let (f_cos, pdf) = self.vertices[vertex as usize].eval(w);
+                    *a = pdf * area;
+                    x.beta * f_cos * (area * weight(pdf))
+                }
+            };
+        }
+        self.shares.push(share);
+    }
+
+    /// Notes the rays between y and all others of the block that it is of use to.
+    fn aim(&mut self, block: [u32; 2], i: u32, first: usize, y: &Interaction) {
+        let (begin, end) = (block[0] as usize, block[1] as usize);
+        for some in (begin..end).step_by(LANES) {
+            let aimed = wide::widest(Aim { places: &self.sights, first: some, y });
+            for (lane, k) in (some..end.min(some + LANES)).enumerate() {
+                let place = first + k - begin;
+                if k != i as usize
+                    && self.densities[place] > 0.0
+                    && let Some(ray) = aimed.ray(lane, y.time)
+                {
+                    self.rays.push(ray);
+                    self.places.push(place as u32);
+                }
+            }
+        }
+    }
+
+    /// Asks who sees what, and divides by the sum of densities. Returns the rays cast.
+    fn look(&mut self, c: &Context<'a>) -> u64 {
+        let mut occluded = Vec::new();
+        c.scene.occluded_each(&self.rays, &mut occluded);
+        for (place, occluded) in self.places.iter().zip(&occluded) {
+            if *occluded {
+                (self.densities[*place as usize], self.shares[*place as usize]) = (0.0, Spectrum::ZERO);
+            }
+        }
+        for find in &self.finds {
+            let theirs = find.shares..find.shares + (find.block[1] - find.block[0]) as usize;
+            let sum: f32 = self.densities[theirs.clone()].iter().sum();
+            self.shares[theirs].iter_mut().filter(|share| !share.is_zero()).for_each(|share| *share /= sum);
+        }
+        let count = self.rays.len() as u64;
+        self.rays.clear();
+        self.places.clear();
+        count
+    }
+}
+
+impl Met<'_> {
+    /// The unit direction from x, and what makes a density per area of one per solid angle: |cosθ_y|/r², or 1 of a direction.
+    fn from(&self, x: &First) -> (Vec3, f32) {
+        match self {
+            Self::Sky(w) => (*w, 1.0),
+            Self::Surface(y) => {
+                let d = y.p - x.p;
+                let r2 = d.length_squared();
+                let w = d / r2.sqrt();
+                (w, y.n.dot(w).abs() / r2)
+            }
+        }
+    }
+}

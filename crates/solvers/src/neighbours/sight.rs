@@ -1,0 +1,137 @@
+//! A point y seen from the first vertices of a block, on lanes: a of each, and the rays between.
+
+use super::First;
+use etendue_numerics::math::FRAC_1_PI;
+use etendue_numerics::ray::offset_origin;
+use etendue_numerics::{Ray, Vec3, wide};
+use etendue_scene::Interaction;
+use etendue_scene::interaction::SHADOW_EPSILON;
+
+/// Vertices that are looked at together.
+pub(super) const LANES: usize = wide::PAD;
+
+/// A number of each first vertex, and of a few beyond the last one.
+#[derive(Default)]
+struct Numbers([Vec<f32>; 3]);
+
+impl Numbers {
+    fn resize(&mut self, len: usize) {
+        self.0.iter_mut().for_each(|x| {
+            x.clear();
+            x.resize(len, 0.0);
+        });
+    }
+
+    fn set(&mut self, i: usize, v: Vec3) {
+        (self.0[0][i], self.0[1][i], self.0[2][i]) = (v.x, v.y, v.z);
+    }
+
+    /// From number `first` on.
+    #[inline(always)]
+    fn lanes(&self, first: usize) -> [[f32; LANES]; 3] {
+        let mut lanes = [[0.0; LANES]; 3];
+        for (to, from) in lanes.iter_mut().zip(&self.0) {
+            to.copy_from_slice(&from[first..first + LANES]);
+        }
+        lanes
+    }
+}
+
+#[inline(always)]
+fn at([x, y, z]: &[[f32; LANES]; 3], i: usize) -> Vec3 {
+    Vec3::new(x[i], y[i], z[i])
+}
+
+/// Where the first vertices are.
+#[derive(Default)]
+pub(super) struct Places {
+    p: Numbers,
+    p_error: Numbers,
+    n: Numbers,
+    ns: Numbers,
+}
+
+impl Places {
+    pub fn reset(&mut self, walks: usize) {
+        for numbers in [&mut self.p, &mut self.p_error, &mut self.n, &mut self.ns] {
+            numbers.resize(walks + LANES);
+        }
+    }
+
+    pub fn set(&mut self, i: usize, first: &First) {
+        self.p.set(i, first.p);
+        self.p_error.set(i, first.p_error);
+        self.n.set(i, first.n);
+        self.ns.set(i, first.ns);
+    }
+}
+
+/// |cosθ_x| |cosθ_y| / (π r²) of the vertices from number `first` on, as if all were Lambert's; zero where y or x is seen from its other side, and where nobody shares.
+pub(super) struct Densities<'a> {
+    pub places: &'a Places,
+    pub first: usize,
+    pub y: &'a Interaction,
+}
+
+impl wide::Job for Densities<'_> {
+    type Output = [f32; LANES];
+
+    #[inline(always)]
+    fn run(self) -> [f32; LANES] {
+        let (p, ns, y) = (self.places.p.lanes(self.first), self.places.ns.lanes(self.first), self.y);
+        let front = y.shading.n.dot(y.wo) > 0.0;
+        let mut a = [0.0; LANES];
+        for (i, a) in a.iter_mut().enumerate() {
+            let d = y.p - at(&p, i);
+            let r2 = d.length_squared();
+            let seen = at(&ns, i).dot(d) * y.n.dot(d).abs() / (r2 * r2) * FRAC_1_PI;
+            let same_side = (y.shading.n.dot(d) < 0.0) == front;
+            *a = if same_side & (seen > 0.0) { seen } else { 0.0 };
+        }
+        a
+    }
+}
+
+/// Rays from y to the vertices from number `first` on: origins, directions and ends, [`Interaction::spawn_between`] in other words.
+pub(super) struct Aim<'a> {
+    pub places: &'a Places,
+    pub first: usize,
+    pub y: &'a Interaction,
+}
+
+/// What [`Aim`] finds.
+pub(super) struct Aimed {
+    o: [[f32; LANES]; 3],
+    d: [[f32; LANES]; 3],
+    end: [f32; LANES],
+}
+
+impl wide::Job for Aim<'_> {
+    type Output = Aimed;
+
+    #[inline(always)]
+    fn run(self) -> Aimed {
+        let Self { places, first, y } = self;
+        let (p, p_error, n) = (places.p.lanes(first), places.p_error.lanes(first), places.n.lanes(first));
+        let mut all = Aimed { o: [[0.0; LANES]; 3], d: [[0.0; LANES]; 3], end: [0.0; LANES] };
+        for i in 0..LANES {
+            let goal = offset_origin(at(&p, i), at(&p_error, i), at(&n, i), y.p - at(&p, i));
+            let o = offset_origin(y.p, y.p_error, y.n, goal - y.p);
+            let d = goal - o;
+            let distance = d.length();
+            (all.o[0][i], all.o[1][i], all.o[2][i]) = (o.x, o.y, o.z);
+            let d = d / distance;
+            (all.d[0][i], all.d[1][i], all.d[2][i]) = (d.x, d.y, d.z);
+            all.end[i] = distance * (1.0 - SHADOW_EPSILON);
+        }
+        all
+    }
+}
+
+impl Aimed {
+    /// The ray of lane i; `None` where the two points coincide.
+    pub fn ray(&self, i: usize, time: f32) -> Option<Ray> {
+        let end = self.end[i];
+        (end > 0.0 && end.is_finite()).then(|| Ray { time, ..Ray::new(at(&self.o, i), at(&self.d, i)).until(end) })
+    }
+}
