@@ -151,7 +151,7 @@ impl Scene {
 
     /// Le of the surroundings along a ray that meets nothing, W/(m² sr).
     pub fn le_escaped(&self, ray: &Ray, wl: &Wavelengths) -> Spectrum {
-        self.lights.environments().iter().map(|id| self.emitter(*id).le_escaped(self, ray.d, wl)).sum()
+        self.lights.environments().iter().map(|id| self.emitter(*id).le_escaped(ray.o, ray.d, wl)).sum()
     }
 
     /// A point on a light, chosen for the surface point `from`: `u_light` chooses the light, `u` the point on it.

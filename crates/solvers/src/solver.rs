@@ -17,6 +17,7 @@ use crate::radiosity::Radiosity;
 use crate::run::Run;
 use crate::transport::sees_mirrors;
 use crate::whitted::Whitted;
+use etendue_scene::emitter::Model;
 use etendue_scene::{Integrator, Material, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -88,7 +89,8 @@ pub struct Needs {
     pub no_mirrors_in_view: bool,
     /// Light is red, green and blue.
     pub rgb: bool,
-    /// No surface is a wall from one side and nothing from the other, as hair is: walks from the lights cannot go the way that the eye looks.
+    /// No surface is a wall from one side and nothing from the other, as hair is, and no light shines through a portal: walks from the lights cannot go the way
+    /// that the eye looks.
     pub both_ways: bool,
 }
 
@@ -129,6 +131,10 @@ impl Needs {
         }
         if self.both_ways && scene.materials.iter().any(|m| matches!(m, Material::Hair(_))) {
             let reason = "hair takes in light that crosses it along walks from the eye alone: of walks from the lights much would be missing";
+            return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
+        }
+        if self.both_ways && scene.emitters.iter().any(|e| matches!(e.model, Model::Portal(_))) {
+            let reason = "light through a portal is known from where it is seen: walks from the lights cannot find it";
             return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
         }
         let points = scene.emitters.iter().filter(|e| e.is_delta()).count();

@@ -4,9 +4,9 @@ use super::emission::Emission;
 use super::spectra::Role;
 use super::values::List;
 use super::{Named, Reader, child, param};
-use etendue_description::{Kind, NodeId, Span, Value};
+use etendue_description::{Kind, NodeId, Param, Span, Value};
 use etendue_numerics::Transform;
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DVec3, Vec3};
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
@@ -178,21 +178,12 @@ impl Reader<'_> {
         let illuminance = self.flux(list, "illuminance");
         let given = list.has("L");
         let radiance = self.emission(list, "L");
-        if list.has("portal") {
-            let corners = list.points(&mut self.diagnostics, "portal").map_or(0, |p| p.len());
-            if corners == 4 {
-                self.diagnostics.note(
-                    list.span_of("portal"),
-                    "a `portal` is not needed here: light comes through every opening, also where the portal is not",
-                );
-            } else {
-                self.diagnostics.error(list.span_of("portal"), format!("a `portal` has four corners, not {corners}"));
-            }
-        }
+        let portal = self.portal(list);
         let Some((path, at)) = self.picture(list) else {
             if !list.has("filename") {
                 let radiance = radiance.scaled(scale * illuminance.map_or(1.0, |e| e / PI));
-                self.top(Kind::Emitter, "constant", span, vec![radiance.param("radiance")]);
+                let params = std::iter::once(radiance.param("radiance")).chain(portal).collect();
+                self.top(Kind::Emitter, "constant", span, params);
             }
             return;
         };
@@ -207,7 +198,25 @@ impl Reader<'_> {
         ];
         let e = illuminance.map(|e| param("illuminance", Value::Float(e), list.span_of("illuminance")));
         params.extend(e);
+        params.extend(portal);
         self.top(Kind::Emitter, "envmap", span, params);
+    }
+
+    /// The corners of a rectangle in the world, whatever the current transform is.
+    fn portal(&mut self, list: &mut List) -> Vec<Param> {
+        let Some(corners) = list.points(&mut self.diagnostics, "portal") else { return Vec::new() };
+        let span = list.span_of("portal");
+        let Ok([a, b, c, d]) = <[Vec3; 4]>::try_from(corners.as_slice()).map(|p| p.map(|p| p.as_dvec3())) else {
+            self.diagnostics.error(span, format!("a `portal` has four corners, not {}", corners.len()));
+            return Vec::new();
+        };
+        // Opposite edges are the same.
+        if (b - a - (c - d)).length() > 1e-3 * (b - a).length() {
+            self.diagnostics.error(span, "a `portal` is a rectangle, told around its edge");
+            return Vec::new();
+        }
+        let vectors = [("portal_corner", a), ("portal_x", d - a), ("portal_y", b - a)];
+        vectors.map(|(name, v)| param(name, Value::Vector(v), span)).to_vec()
     }
 
     /// The emitter of a shape under the current area light.
@@ -301,17 +310,14 @@ impl Reader<'_> {
     }
 
     /// The media of a shape as its children.
-    pub(super) fn shape_media(&mut self) -> Vec<etendue_description::Param> {
+    pub(super) fn shape_media(&mut self) -> Vec<Param> {
         let Some(media) = self.state.media.clone() else { return Vec::new() };
         let (names, span) = &*media;
         let sides = ["interior", "exterior"].into_iter().zip(names).filter(|(_, name)| !name.is_empty());
         let sides: Vec<_> = sides.map(|(side, name)| (side, self.named(Named::Medium, name, *span))).collect();
         sides
             .into_iter()
-            .map(|(side, node)| etendue_description::Param {
-                name: param(side, Value::Bool(true), *span).name,
-                ..child(node, *span)
-            })
+            .map(|(side, node)| Param { name: param(side, Value::Bool(true), *span).name, ..child(node, *span) })
             .collect()
     }
 }

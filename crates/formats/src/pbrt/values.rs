@@ -200,6 +200,10 @@ impl Entry {
     }
 }
 
+/// Parameters of pbrt-v3, and what they became.
+const OLD: [(&str, &str); 5] =
+    [("mapname", "filename"), ("Kd", "reflectance"), ("Kr", "reflectance"), ("Kt", "transmittance"), ("bumpmap", "displacement")];
+
 /// A parameter list.
 #[derive(Clone, Debug)]
 pub(super) struct List {
@@ -401,8 +405,11 @@ impl List {
     /// Ends the questions.
     pub fn finish(&mut self, d: &mut Diagnostics) {
         for entry in self.entries.iter().filter(|e| !e.used && !e.default) {
-            d.error(entry.declared, format!("unknown parameter `{}` of {}", entry.name, self.owner))
-                .suggest(&entry.name, self.asked.iter().copied());
+            let error = d.error(entry.declared, format!("unknown parameter `{}` of {}", entry.name, self.owner));
+            match OLD.iter().find(|(old, new)| *old == entry.name && self.asked.contains(new)) {
+                Some((_, new)) => drop(error.help(format!("in pbrt-v4 it is `{new}`"))),
+                None => drop(error.suggest(&entry.name, self.asked.iter().copied())),
+            }
         }
     }
 }

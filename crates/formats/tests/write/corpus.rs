@@ -24,6 +24,7 @@ pub fn files() -> Vec<(&'static str, Vec<u8>)> {
         ("quad.ply", ply.as_bytes().to_vec()),
         ("quad.obj", obj.as_bytes().to_vec()),
         ("half.vol", vol),
+        ("even.bsdf", include_bytes!("../../../../fuzz/corpus/bsdf/spectral.bsdf").to_vec()),
     ]
 }
 
@@ -150,6 +151,9 @@ MakeNamedMaterial "lacquer" "string type" "coatedconductor" "rgb reflectance" [.
 MakeNamedMaterial "leaf" "string type" "diffusetransmission" "rgb reflectance" [.1 .2 .1] "texture transmittance" "marble" "float scale" .9
 MakeNamedMaterial "nothing" "string type" "interface"
 MakeNamedMaterial "both" "string type" "mix" "string materials" ["mixed" "gold"] "texture amount" "wrinkled"
+MakeNamedMaterial "sample" "string type" "measured" "string filename" "even.bsdf"
+NamedMaterial "sample" Shape "sphere" "float radius" .3
+LightSource "infinite" "rgb L" [1 2 3] "point3 portal" [0 0 9 0 1 9 2 1 9 2 0 9]
 NamedMaterial "mixed" Shape "sphere" "float radius" 2 Shape "disk"
 NamedMaterial "board" Shape "cylinder" "float radius" .5 "float zmin" -2 "float zmax" 3
 NamedMaterial "metal" Shape "sphere" "float zmin" -.5

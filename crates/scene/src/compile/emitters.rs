@@ -3,7 +3,8 @@
 use super::Compiler;
 use super::sensors::Scales;
 use crate::emitter::{
-    Area, Constant, Directional, DirectionalArea, Emitter, Environment, Goniometric, Model, Octahedral, Point, Projector, Spot,
+    Area, Constant, Directional, DirectionalArea, Emitter, Environment, Goniometric, Model, Octahedral, Point, Portal, Projector,
+    Spot,
 };
 use crate::ids::{EmitterId, SurfaceId};
 use crate::texture::{Color, ColorSlot, Role, Texels, Texture};
@@ -55,8 +56,14 @@ impl<'a> Compiler<'a> {
             ("point", _) => Some(self.point(&mut params).into()),
             ("spot", _) => self.spot(&mut params).map(Model::from),
             ("directional", _) => self.directional(&mut params).map(Model::from),
-            ("constant", _) => Some(Constant { radiance: self.even_emission(&mut params, "radiance") }.into()),
-            ("envmap", _) => self.environment(&mut params),
+            ("constant", _) => {
+                let light = Constant { radiance: self.even_emission(&mut params, "radiance") }.into();
+                self.behind_portal(&mut params, light)
+            }
+            ("envmap", _) => {
+                let light = self.environment(&mut params);
+                light.and_then(|light| self.behind_portal(&mut params, light))
+            }
             ("goniometric", _) => self.goniometric(&mut params).map(Model::from),
             _ => self.projector(&mut params).map(Model::from),
         };
@@ -69,6 +76,26 @@ impl<'a> Compiler<'a> {
                 self.surfaces.get_mut(surface).emitter = Some(emitter);
             }
         }
+    }
+
+    /// Surroundings as they are, or as they are seen through a rectangle: `portal_corner` with its edges `portal_x` and `portal_y`, whose cross product points
+    /// outwards.
+    fn behind_portal(&mut self, params: &mut Params<'a>, light: Model) -> Option<Model> {
+        let given = ["portal_corner", "portal_x", "portal_y"].map(|name| params.vector_opt(self.diagnostics, name));
+        let [corner, x, y] = match given {
+            [None, None, None] => return Some(light),
+            [Some(corner), Some(x), Some(y)] => [corner, x, y].map(|v| v.as_vec3()),
+            _ => {
+                self.diagnostics.error(params.span(), "a portal is told by `portal_corner`, `portal_x` and `portal_y`");
+                return None;
+            }
+        };
+        let rectangle = x.dot(y).abs() <= 2e-3 * x.length() * y.length();
+        let portal = if rectangle { Portal::new(light, corner, [x, y]) } else { None };
+        if portal.is_none() {
+            self.diagnostics.error(params.span_of("portal_corner"), "a portal is a rectangle: two edges at right angles");
+        }
+        portal.map(Model::from)
     }
 
     /// Emission that cannot vary over space, 1 by default.

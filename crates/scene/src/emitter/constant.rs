@@ -25,7 +25,7 @@ pub struct Constant {
 }
 
 impl Light for Constant {
-    fn le_escaped(&self, _: Vec3, wl: &Wavelengths) -> Spectrum {
+    fn le_escaped(&self, _: Vec3, _: Vec3, wl: &Wavelengths) -> Spectrum {
         self.radiance.at(wl)
     }
 

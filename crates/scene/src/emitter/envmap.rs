@@ -225,7 +225,7 @@ fn solid_angle(width: usize, height: usize, row: usize) -> f32 {
 }
 
 impl Light for Environment {
-    fn le_escaped(&self, d: Vec3, wl: &Wavelengths) -> Spectrum {
+    fn le_escaped(&self, _: Vec3, d: Vec3, wl: &Wavelengths) -> Spectrum {
         self.radiance(self.cell(self.axes.to_local(d)), wl)
     }
 

@@ -302,7 +302,7 @@ impl Lights {
             return Some(LightSample { pdf: times(sample.pdf, share * probability), ..sample });
         }
         // Any of the surroundings could have given this direction, and all of them shine from it.
-        let le: Spectrum = self.environments.iter().map(|e| scene.emitter(*e).le_escaped(scene, sample.wi, wl)).sum();
+        let le: Spectrum = self.environments.iter().map(|e| scene.emitter(*e).le_escaped(from.p, sample.wi, wl)).sum();
         Some(LightSample { le, pdf: Pdf::SolidAngle(self.pdf_escaped(scene, from, sample.wi)), ..sample })
     }
 

@@ -24,6 +24,7 @@ mod lights;
 mod lone;
 mod octahedral;
 mod point;
+mod portal;
 mod projector;
 mod record;
 mod spot;
@@ -40,6 +41,7 @@ pub use lights::Lights;
 pub use lone::{Lone, LonePoint};
 pub use octahedral::Octahedral;
 pub use point::Point;
+pub use portal::Portal;
 pub use projector::Projector;
 pub use record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample, PositionPdf};
 pub use spot::Spot;
@@ -56,8 +58,8 @@ pub trait Light {
         Spectrum::ZERO
     }
 
-    /// Le, W/(m² sr), of the surroundings seen in the unit direction `d`; zero for all other lights.
-    fn le_escaped(&self, _d: Vec3, _wl: &Wavelengths) -> Spectrum {
+    /// Le, W/(m² sr), of the surroundings seen from `p` in the unit direction `d`; zero for all other lights.
+    fn le_escaped(&self, _p: Vec3, _d: Vec3, _wl: &Wavelengths) -> Spectrum {
         Spectrum::ZERO
     }
 
@@ -150,8 +152,8 @@ macro_rules! models {
                 match self { $(Self::$model(m) => m.le(scene, x, wl),)* }
             }
             #[inline]
-            fn le_escaped(&self, d: Vec3, wl: &Wavelengths) -> Spectrum {
-                match self { $(Self::$model(m) => m.le_escaped(d, wl),)* }
+            fn le_escaped(&self, p: Vec3, d: Vec3, wl: &Wavelengths) -> Spectrum {
+                match self { $(Self::$model(m) => m.le_escaped(p, d, wl),)* }
             }
             #[inline]
             fn pdf(&self, scene: &Scene, from: &LightReference, id: LightId, x: &Interaction) -> f32 {
@@ -213,6 +215,8 @@ models! {
     Octahedral,
     /// A point with a measured intensity.
     Goniometric,
+    /// Surroundings behind a rectangle.
+    Portal,
 }
 
 /// A light of the scene.
@@ -235,10 +239,10 @@ impl Emitter {
         if self.lit { self.model.le(scene, x, wl) } else { Spectrum::ZERO }
     }
 
-    /// Le of the surroundings seen in the unit direction `d`, W/(m² sr).
+    /// Le of the surroundings seen from `p` in the unit direction `d`, W/(m² sr).
     #[inline]
-    pub fn le_escaped(&self, _scene: &Scene, d: Vec3, wl: &Wavelengths) -> Spectrum {
-        self.model.le_escaped(d, wl)
+    pub fn le_escaped(&self, p: Vec3, d: Vec3, wl: &Wavelengths) -> Spectrum {
+        self.model.le_escaped(p, d, wl)
     }
 
     /// Flux Φ, W.
@@ -253,7 +257,7 @@ impl Emitter {
 
     /// Whether no ray can meet it: it is a point, or shines in single directions.
     pub fn is_delta(&self) -> bool {
-        !matches!(self.model, Model::Area(_) | Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_))
+        !matches!(self.model, Model::Area(_) | Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_) | Model::Portal(_))
     }
 }
 

@@ -92,7 +92,7 @@ impl Octahedral {
 }
 
 impl Light for Octahedral {
-    fn le_escaped(&self, d: Vec3, wl: &Wavelengths) -> Spectrum {
+    fn le_escaped(&self, _: Vec3, d: Vec3, wl: &Wavelengths) -> Spectrum {
         self.radiance(self.texel_of(self.axes.to_local(d)), wl)
     }
 

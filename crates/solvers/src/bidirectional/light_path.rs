@@ -49,7 +49,9 @@ impl Origin {
             Model::Area(_) | Model::DirectionalArea(_) => Self::on_surface(scene, &s)?,
             Model::Point(_) | Model::Spot(_) | Model::Projector(_) | Model::Goniometric(_) => Self::new(&s, Place::Point),
             Model::Directional(_) => Self { pdf_w: 1.0, ..Self::new(&s, Place::Direction) },
-            Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_) => Self::of_surroundings(scene, &s, wl),
+            Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_) | Model::Portal(_) => {
+                Self::of_surroundings(scene, &s, wl)
+            }
         };
         let lit = origin.flux.is_finite() && origin.flux.max_lane() > 0.0;
         (lit && origin.density > 0.0 && origin.pdf_w > 0.0).then_some(origin)

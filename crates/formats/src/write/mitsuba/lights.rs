@@ -20,6 +20,9 @@ use std::f64::consts::PI;
 
 impl Plain<'_, '_> {
     pub(super) fn emitter(&mut self, id: NodeId) {
+        if remove(self.node(id), &["portal_corner", "portal_x", "portal_y"]) {
+            self.approximated(id, "portal", "light comes through every opening");
+        }
         match self.read.node(id).model.value.as_str() {
             "area" => self.area_light(id),
             "spot" if remove(self.node(id), &["falloff"]) && text(self.read.node(id), "falloff") == Some("smooth") => {

@@ -90,6 +90,9 @@ impl Writer<'_, '_> {
             }
             _ => return self.dropped(id, "", "pbrt has no such light"),
         };
+        if let [Some(a), Some(x), Some(y)] = ["portal_corner", "portal_x", "portal_y"].map(|name| vector(node, name)) {
+            list.points("point3", "portal", &[a, a + y, a + x + y, a + x].map(|p| p.as_vec3()));
+        }
         let steps = transform(place);
         if steps.is_empty() {
             return self.directive("LightSource", model, list);
