@@ -12,11 +12,12 @@
 
 #![allow(clippy::print_stdout, reason = "what it measured is all that it has to say")]
 
-use etendue_formats::ReadOptions;
+mod common;
+
+use common::{compile, usage};
 use etendue_numerics::sequence::{mix, unit};
 use etendue_radiosity::patch::PatchSize;
 use etendue_radiosity::solved::{Factors, Settings, Solved, Stage};
-use etendue_scene::{CompileOptions, Scene};
 use std::fmt::Write as _;
 use std::time::Instant;
 
@@ -126,24 +127,6 @@ fn slope(points: &[(f64, f64)]) -> f64 {
     let (x, y) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + p.0 / n, s.1 + p.1 / n));
     let (xy, xx) = points.iter().fold((0.0, 0.0), |s, p| (s.0 + (p.0 - x) * (p.1 - y), s.1 + (p.0 - x).powi(2)));
     xy / xx
-}
-
-/// CPU seconds of this process, and the most bytes that it held, as far as the system tells.
-fn usage() -> [f64; 2] {
-    let read = |path: &str| std::fs::read_to_string(path).unwrap_or_default();
-    let stat = read("/proc/self/stat");
-    // Fields 14 and 15, counted from after the name: user and system time in hundredths.
-    let after = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
-    let ticks: f64 = after.skip(11).take(2).filter_map(|t| t.parse::<f64>().ok()).sum();
-    let status = read("/proc/self/status");
-    let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:")?.split_whitespace().next()?.parse::<f64>().ok());
-    [ticks / 100.0, peak.unwrap_or(f64::NAN) * 1024.0]
-}
-
-fn compile(text: &str) -> Scene {
-    let (description, mut diagnostics) = etendue_formats::read_str("hall.xml", text, &ReadOptions::default());
-    let scene = etendue_scene::compile(&description, &CompileOptions::default(), &mut diagnostics);
-    scene.unwrap_or_else(|| panic!("{}", diagnostics.render(&description.sources)))
 }
 
 /// A closed hall of 10 x 4 x 10 m with `n` things in it, on a jittered grid, and sixteen lamps under its ceiling.

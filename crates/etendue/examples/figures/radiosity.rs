@@ -25,12 +25,12 @@ fn blocks(image: &Image) -> Vec<f64> {
     sums.into_iter().map(|(sum, count)| sum / count).collect()
 }
 
-/// The Cornell box with ever more patches against path tracing: block by block, relative.
+/// The Cornell box with ever more patches against path tracing: block by block, relative. The reference has 0.05 % of noise rms, of 2048 samples it had 0.14 %.
 pub fn convergence(folder: &Path) -> Drawn {
     let shot = |solver, parameters: &[(&str, &str)], samples| {
         Shot { scene: "cornell-box", solver, parameters, width: 128, stop: Stop::Samples(samples) }.take()
     };
-    let truth = blocks(&shot("path-mis", &[], 2048)?);
+    let truth = blocks(&shot("path-mis", &[], 16_384)?);
     let (mut worst, mut rms) = (Vec::new(), Vec::new());
     for n in [750u32, 1500, 3000, 6000, 12_000, 24_000] {
         let found = blocks(&shot("radiosity", &[("patches", &n.to_string())], 256)?);

@@ -49,7 +49,7 @@ pub fn tell(r: &Report) {
     output::message(&format!(
         "light in W over channels: emitted {:.6} + from elsewhere {:.6} = absorbed {:.6} + escaped {:.6} + residual {:.1e}",
         sum(r.emitted),
-        sum(r.arrived),
+        sum(r.arrived).max(0.0),
         sum(r.absorbed),
         sum(r.escaped),
         sum(r.residual)
