@@ -9,6 +9,7 @@
 //! | [`path`] | a random walk that collects the light it happens to hit |
 //! | [`path_nee`] | a walk that samples the lights at every vertex (next event estimation) |
 //! | [`path_mis`] | both at once, weighted by multiple importance sampling |
+//! | [`path_guided`] | the same walk, sent where photons have shown that light comes from |
 //! | [`direct`] | direct light alone, with several samples of each kind |
 //! | [`whitted`] | a tree of mirrored and refracted rays over direct and ambient light |
 //! | [`distribution`] | the same with rays spread over lights and glossy lobes |
@@ -40,6 +41,7 @@ pub mod oracle;
 pub mod oracle_light;
 pub mod parameters;
 pub mod path;
+pub mod path_guided;
 pub mod path_mis;
 pub mod path_nee;
 pub mod photon_map;

@@ -10,6 +10,7 @@ use crate::metropolis::Metropolis;
 use crate::metropolis::bootstrap::ReplayDiffers;
 use crate::parameters::{self, Parameter, ParameterError, ParameterInfo};
 use crate::path::Path;
+use crate::path_guided::PathGuided;
 use crate::path_mis::PathMis;
 use crate::path_nee::PathNee;
 use crate::photon_map::PhotonMap;
@@ -256,6 +257,8 @@ solvers! {
     PathNee => "path-nee", |_: &Integrator| PathNee;
     /// Both, combined by multiple importance sampling: the default.
     PathMis => "path-mis", |_: &Integrator| PathMis::default(), PathMis::PARAMETERS;
+    /// The same, sent where photons have shown that light comes from, if that is worth its time.
+    PathGuided => "path-guided", |_: &Integrator| PathGuided::default(), PathGuided::PARAMETERS;
     /// Direct light only, by light and material samples.
     Direct => "direct", |i: &Integrator| Direct { emitter_samples: i.emitter_samples, bsdf_samples: i.bsdf_samples },
         Direct::PARAMETERS;

@@ -7,7 +7,7 @@
 //! | `ptracer` | `light-nee` |
 //! | `depth`, `aov` | `aov`, or the nested integrator with layers beside its picture |
 //! | `moment` | the nested integrator |
-//! | `path-nee`, `random-walk`, `bidirectional`, `metropolis`, `photon-map` | the same; `random-walk` is `path` |
+//! | `path-nee`, `path-guided`, `random-walk`, `bidirectional`, `metropolis`, `photon-map` | the same; `random-walk` is `path` |
 
 use super::Compiler;
 use crate::settings::Integrator;
@@ -22,6 +22,7 @@ const MODELS: &[&str] = &[
     "metropolis",
     "moment",
     "path",
+    "path-guided",
     "path-nee",
     "photon-map",
     "prb",
@@ -71,6 +72,7 @@ impl<'a> Compiler<'a> {
             "path" | "prb" | "prb_basic" | "prb_projective" => self.path(&mut params, "path-mis", true),
             "volpath" | "volpathmis" | "prbvolpath" => self.path(&mut params, "path-mis", false),
             "ptracer" => self.path(&mut params, "light-nee", true),
+            "path-guided" => self.path(&mut params, "path-guided", false),
             "path-nee" => self.path(&mut params, "path-nee", false),
             "random-walk" => self.path(&mut params, "path", false),
             "bidirectional" => self.path(&mut params, "bidirectional", false),

@@ -7,11 +7,13 @@
 mod common;
 #[macro_use]
 mod faults;
+mod guided;
 mod path;
 
 use common::checks::{
     agreement, at_point, closed_form, closed_form_by, floor, fresnel, furnace, furnace_scene, polygon_irradiance,
 };
+use common::worlds;
 use common::*;
 use etendue_film::{Film, FilmShape, Splat};
 use etendue_numerics::kernel::Kernel;
@@ -19,6 +21,7 @@ use etendue_numerics::{Spectrum, Vec2};
 use etendue_scene::Scene;
 use etendue_solvers::PathRules;
 use etendue_solvers::path::Path;
+use etendue_solvers::path_guided::walk::Guided;
 use path::Fault::Faultless;
 use path::{FAULTS, Saboteur};
 use std::f64::consts::PI;
@@ -103,6 +106,27 @@ fn every_fault_is_caught() {
     for fault in FAULTS {
         let failures = checks.of(&Saboteur(fault)).failures();
         assert!(!failures.is_empty(), "{fault:?} goes unseen");
+    }
+}
+
+/// Walks by a guide that knows nothing find the light all the same, and not where their densities are wrong.
+#[test]
+fn every_fault_of_a_guide_is_caught() {
+    let (scene, field) = (worlds::room(&worlds::eye(), worlds::WALLS, &worlds::lamp()), guided::nonsense());
+    let reference = replicates(&scene, &Path, samples(256).edges(3).seed(7));
+    let of = |solver: &dyn Fn() -> Vec<Picture>| {
+        let mut family = Family::default();
+        agreement(&mut family, "room", &scene, &solver(), &reference, 0.9);
+        family
+    };
+    of(&|| replicates(&scene, &Guided { field: &field }, samples(256).edges(3))).must_hold();
+    let crooked = |fault| {
+        let solver = guided::Crooked { fault, field: field.clone() };
+        of(&|| replicates(&scene, &solver, samples(256).edges(3)))
+    };
+    crooked(guided::Fault::Faultless).must_hold();
+    for fault in guided::FAULTS {
+        assert!(!crooked(fault).failures().is_empty(), "{fault:?} goes unseen");
     }
 }
 
