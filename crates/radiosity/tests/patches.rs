@@ -255,3 +255,23 @@ fn the_interpolation_has_no_cracks_at_t_junctions() {
         }
     }
 }
+
+/// A wall stands on a floor where patches of either side meet under it: light of one side is not interpolated into the other.
+#[test]
+fn light_is_not_interpolated_under_a_wall() {
+    let wall = shape("cube", r#"<scale x="0.05" y="1.2" z="0.5"/><translate x="0.03" z="0.5"/>"#, "");
+    let scene = scene(&(shape("rectangle", "", "") + &wall));
+    let patches = cut(&scene, PatchSize::Metres(0.2));
+    let vertices = patches.vertices(&scene);
+    let lit = |p: DVec3| if p.x < 0.0 { DVec3::ONE } else { DVec3::ZERO };
+    let values: Vec<DVec3> = patches.patches.iter().map(|p| lit(p.p)).collect();
+    let field = etendue_radiosity::Field::new(&patches, &vertices, &values);
+    let floor = patches.objects[0].patches.clone();
+    assert_eq!(floor.len(), 100);
+    for i in floor {
+        for local in [(0.0, 0.0), (1.0, 0.0), (0.5, 0.5), (0.0, 1.0), (1.0, 1.0)] {
+            let (found, p) = (field.value(&vertices, i, local.into()), patches.get(i).p);
+            assert!((found - lit(p)).length() < 1e-9, "{found} at {local:?} of the patch at {p}");
+        }
+    }
+}

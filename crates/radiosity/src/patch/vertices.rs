@@ -1,11 +1,12 @@
 //! The corners of patches, shared where surfaces go on smoothly: what a picture interpolates between.
 //!
 //! Corners are one [`Vertices`] entry where they lie at one place and their shading normals are alike; where patches meet at an angle, each side
-//! has a vertex of its own and the discontinuity stays. A vertex within the side of a larger patch (a T-junction) hangs: its value is not free
+//! has a vertex of its own and the discontinuity stays; so it does where a wall that stands on the surface hides one patch from the other. A vertex within the side of a larger patch (a T-junction) hangs: its value is not free
 //! but that of the side's ends, interpolated ([`Hanging`]), so that no crack shows.
 
 use super::round::Round;
 use super::{Chart, NONE, Patches};
+use etendue_numerics::Ray;
 use etendue_scene::Scene;
 use glam::{DVec2, DVec3, I64Vec3};
 use std::collections::{BTreeMap, HashMap};
@@ -46,6 +47,8 @@ impl Patches {
         let mut vertices = Vertices::default();
         let tolerance = f64::from(scene.bounds.size().length()) * SAME;
         let mut places: HashMap<I64Vec3, Vec<u32>> = HashMap::new();
+        // For each vertex the patch that it was made for.
+        let mut owners: Vec<u32> = Vec::new();
         for (i, patch) in self.patches.iter().enumerate() {
             let (span, chart) = self.geometry(i as u32);
             let mut corners = [NONE; 4];
@@ -54,18 +57,51 @@ impl Patches {
                 // Slightly inside, so that a mesh looks up its own triangle.
                 let inside = st.lerp(span.middle(chart), 1e-6);
                 let n = self.interaction(scene, i as u32, inside).shading.n.as_dvec3() * patch.side.sign();
-                *corner = vertices.weld(&mut places, tolerance, chart.point(st), n);
+                let joined = |v: u32| !self.are_parted(scene, i as u32, owners[v as usize]);
+                *corner = vertices.weld(&mut places, tolerance, chart.point(st), n, joined);
+                owners.resize(vertices.points.len(), i as u32);
             }
             vertices.corners.push(corners);
         }
-        vertices.hang(self, tolerance);
+        vertices.hang(self, tolerance, &|i, v| !self.are_parted(scene, i as u32, owners[v as usize]));
         vertices
+    }
+
+    /// Whether something that stands on one of two neighbours hides what is open of either from the other.
+    fn are_parted(&self, scene: &Scene, i: u32, j: u32) -> bool {
+        /// How far above the surface they look at each other, in parts of their distance.
+        const LIFT: f64 = 1e-3;
+        if i == j || !self.is_touched(i) && !self.is_touched(j) {
+            return false;
+        }
+        let (Some(x), Some(y)) = (self.open_point(i), self.open_point(j)) else { return true };
+        let lift = LIFT * x.distance(y);
+        let (start, end) = (x + self.get(i).n * lift, y + self.get(j).n * lift);
+        let d = end - start;
+        let ray = Ray::new(start.as_vec3(), d.normalize_or_zero().as_vec3()).until((d.length() * (1.0 - LIFT)) as f32);
+        lift > 0.0 && scene.accel.occluded(&ray, &scene.surfaces)
+    }
+
+    /// A point of patch i that nothing lies on: its middle, or one half way to a corner.
+    fn open_point(&self, i: u32) -> Option<DVec3> {
+        let (span, chart) = self.geometry(i);
+        let middle = span.middle(chart);
+        let corners = if chart.is_triangle() { span.triangle().to_vec() } else { span.corners().to_vec() };
+        let around = corners.iter().flat_map(|c| [0.5, 0.9].map(|t| middle.lerp(*c, t)));
+        std::iter::once(middle).chain(around).map(|st| chart.point(st)).find(|p| self.touching_at(i, *p).is_none())
     }
 }
 
 impl Vertices {
-    /// The vertex at `p` with a normal like `n`.
-    fn weld(&mut self, places: &mut HashMap<I64Vec3, Vec<u32>>, tolerance: f64, p: DVec3, n: DVec3) -> u32 {
+    /// The vertex at `p` with a normal like `n`, of a patch that is `joined` to this one.
+    fn weld(
+        &mut self,
+        places: &mut HashMap<I64Vec3, Vec<u32>>,
+        tolerance: f64,
+        p: DVec3,
+        n: DVec3,
+        joined: impl Fn(u32) -> bool,
+    ) -> u32 {
         // What is nearer than half a box lies in one of the eight boxes around the nearest box corner.
         let scaled = p / (2.0 * tolerance);
         let low = (scaled - 0.5).floor();
@@ -73,7 +109,7 @@ impl Vertices {
             let key = (low + DVec3::new((k & 1).into(), (k >> 1 & 1).into(), (k >> 2).into())).as_i64vec3();
             let near = places.get(&key).into_iter().flatten();
             let alike = |v: &u32| self.points[*v as usize].distance(p) <= tolerance && self.normals[*v as usize].dot(n) >= SMOOTH;
-            if let Some(v) = near.copied().find(alike) {
+            if let Some(v) = near.copied().find(|v| alike(v) && joined(*v)) {
                 return v;
             }
         }
@@ -91,9 +127,9 @@ impl Vertices {
     }
 
     /// Finds the vertices that hang.
-    fn hang(&mut self, patches: &Patches, tolerance: f64) {
+    fn hang(&mut self, patches: &Patches, tolerance: f64, joined: &dyn Fn(usize, u32) -> bool) {
         let mut found: BTreeMap<u32, Hanging> = BTreeMap::new();
-        self.hang_on_straight_sides(patches, tolerance, &mut found);
+        self.hang_on_straight_sides(patches, tolerance, joined, &mut found);
         self.hang_on_bent_sides(patches, &mut found);
 
         // What rests on a hanging vertex comes after it; rounds of chains that cannot be put in order are let go.
@@ -113,7 +149,13 @@ impl Vertices {
     }
 
     /// Sides in space: any vertex that lies on one, with a normal like those of the ends.
-    fn hang_on_straight_sides(&self, patches: &Patches, tolerance: f64, found: &mut BTreeMap<u32, Hanging>) {
+    fn hang_on_straight_sides(
+        &self,
+        patches: &Patches,
+        tolerance: f64,
+        joined: &dyn Fn(usize, u32) -> bool,
+        found: &mut BTreeMap<u32, Hanging>,
+    ) {
         let flat = |i: usize| !matches!(patches.geometry(i as u32).1, Chart::Round { .. });
         let flat: Vec<usize> = (0..self.corners.len()).filter(|i| flat(*i)).collect();
         let side = |i: usize, [a, b]: [usize; 2]| [self.corners[i][a], self.corners[i][b]];
@@ -160,7 +202,7 @@ impl Vertices {
                         && (1.0 - t) * along.length() > tolerance;
                     let alike = self.normals[v as usize].dot(self.normals[a as usize]) >= SMOOTH
                         && self.normals[v as usize].dot(self.normals[b as usize]) >= SMOOTH;
-                    if on && alike {
+                    if on && alike && joined(i, v) {
                         self.offer(found, Hanging { vertex: v, ends, t });
                     }
                 }
