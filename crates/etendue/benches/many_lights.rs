@@ -10,9 +10,11 @@
 
 #![allow(clippy::print_stdout, reason = "what it measured is all that it has to say")]
 
-use etendue::{LoadOptions, Loaded, RenderOptions, Stop, Watch, builtin, load, render};
+mod seeds;
+
+use etendue::{LoadOptions, Loaded, RenderOptions, Stop, builtin, load};
+use seeds::{Runs, noise};
 use std::fmt::Write as _;
-use std::time::Instant;
 
 const SIZE: [u32; 2] = [150, 112];
 /// Area of a lamp that stands for a thousand, m²: 1000 times the mean area of the small ones.
@@ -26,12 +28,14 @@ fn main() {
     let mut runs = [Runs::default(), Runs::default()];
     for seed in 0..rounds {
         for (hall, runs) in halls.iter().zip(&mut runs) {
-            runs.add(hall, samples, seed);
+            let stop = Some(Stop::Samples(samples));
+            runs.add(hall, &RenderOptions { stop, seed: Some(seed.into()), threads: Some(1), ..RenderOptions::default() });
         }
     }
     let costs = ["ten thousand", "ten"].iter().zip(&runs).map(|(name, runs)| {
-        let (seconds, noise) = (runs.seconds(), runs.noise());
-        println!("{name:>12} lamps: {seconds:.3} s, noise {noise:.5}, mean {:.4}", runs.mean());
+        let means = runs.means();
+        let (seconds, noise) = (runs.seconds(), noise(runs, &means));
+        println!("{name:>12} lamps: {seconds:.3} s, noise {noise:.5}, mean {:.4}", means.iter().sum::<f64>() / means.len() as f64);
         [seconds, noise]
     });
     if let [many, ten] = costs.collect::<Vec<_>>()[..] {
@@ -63,44 +67,4 @@ fn ten_lamps(folder: &std::path::Path) -> String {
     let path = folder.join("ten-lights.xml");
     std::fs::write(&path, text).expect("a scene");
     path.to_string_lossy().into_owned()
-}
-
-/// Sums over rounds of a pixel's channels and of their squares.
-#[derive(Default)]
-struct Runs {
-    seconds: Vec<f64>,
-    sums: Vec<[f64; 2]>,
-}
-
-impl Runs {
-    fn add(&mut self, hall: &Loaded, samples: u32, seed: u32) {
-        let stop = Some(Stop::Samples(samples));
-        let options = RenderOptions { stop, seed: Some(u64::from(seed)), threads: Some(1), ..RenderOptions::default() };
-        let begun = Instant::now();
-        let rendering = render(hall, &options, &Watch::default()).expect("a picture");
-        self.seconds.push(begun.elapsed().as_secs_f64());
-        let picture = rendering.picture.image.to_rgb();
-        let values = picture.pixels().flatten().map(|v| f64::from(*v));
-        self.sums.resize((3 * SIZE[0] * SIZE[1]) as usize, [0.0; 2]);
-        self.sums.iter_mut().zip(values).for_each(|([s, s2], v)| (*s, *s2) = (*s + v, *s2 + v * v));
-    }
-
-    fn seconds(&self) -> f64 {
-        let mut sorted = self.seconds.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted[sorted.len() / 2]
-    }
-
-    fn mean(&self) -> f64 {
-        self.sums.iter().map(|[s, _]| s).sum::<f64>() / (self.sums.len() * self.seconds.len()) as f64
-    }
-
-    fn noise(&self) -> f64 {
-        let (n, floor) = (self.seconds.len() as f64, 0.01 * self.mean() * self.mean());
-        let relative = |[s, s2]: &[f64; 2]| {
-            let mean = s / n;
-            (s2 - n * mean * mean) / (n - 1.0) / (mean * mean + floor)
-        };
-        self.sums.iter().map(relative).sum::<f64>() / self.sums.len() as f64
-    }
 }

@@ -30,6 +30,14 @@ impl Choice {
         }
     }
 
+    /// Whether it can take more samples in one pixel than in another.
+    pub(crate) fn adapts(&self) -> bool {
+        match self {
+            Self::Solver(solver) => solver.adapts(),
+            Self::Quantity(_) => true,
+        }
+    }
+
     /// The solver's parameters as `name=value`, with spaces between; defaults included.
     pub(crate) fn parameters(&self) -> String {
         match self {

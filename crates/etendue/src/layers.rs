@@ -5,7 +5,7 @@ use crate::render::RenderError;
 use etendue_film::{Film, FilmShape};
 use etendue_image::{Image, Layer};
 use etendue_solvers::aov::{Aov, Quantity};
-use etendue_solvers::{CancelToken, Progress, Run, Stop};
+use etendue_solvers::{CancelToken, Progress, Run, Spread, Stop};
 
 /// Samples per pixel of a layer at most: its edges are as smooth then as any display shows.
 const MOST_SAMPLES: u32 = 64;
@@ -50,6 +50,7 @@ pub(crate) fn bytes_per_pixel(plans: &[Plan]) -> u64 {
 pub(crate) fn render(
     plans: &[Plan],
     passes: u32,
+    samples: Option<&[u32]>,
     loaded: &Loaded,
     run: &Run<'_>,
     shape: FilmShape,
@@ -57,21 +58,29 @@ pub(crate) fn render(
     let (progress, cancel) = (Progress::default(), CancelToken::default());
     let quiet = Run {
         stop: Stop::Samples(passes.clamp(1, MOST_SAMPLES)),
+        spread: Spread::Uniform,
         progress: &progress,
         cancel: &cancel,
         events: &|_| (),
         checkpoint_every: None,
         ..*run
     };
+    let [width, height] = shape.size.map(|n| n as usize);
+    let layer = |plan: &Plan, data: Vec<f32>| {
+        let image = Image::from_data(width, height, plan.quantity.channels(), data).map_err(|e| RenderError(e.to_string()))?;
+        Ok(Layer { name: plan.name.clone(), image })
+    };
     let one = |plan: &Plan| {
+        if plan.quantity == Quantity::Samples {
+            let counts = samples.map_or_else(|| vec![passes as f32; width * height], |s| s.iter().map(|n| *n as f32).collect());
+            return layer(plan, counts);
+        }
         let film = Film::new(shape);
         etendue_solvers::render(&Aov(plan.quantity), "aov", &loaded.scene, &quiet, &film, None)
             .map_err(|e| RenderError(e.to_string()))?;
         let names = plan.quantity.channels();
         let data = film.develop().iter().flat_map(|p| p.iter().take(names.len()).copied()).collect();
-        let [width, height] = shape.size.map(|n| n as usize);
-        let image = Image::from_data(width, height, names, data).map_err(|e| RenderError(e.to_string()))?;
-        Ok(Layer { name: plan.name.clone(), image })
+        layer(plan, data)
     };
     plans.iter().map(one).collect()
 }

@@ -39,7 +39,7 @@ pub mod verify;
 
 pub use choice::{advise, check_solver_name};
 pub use etendue_image::{Curve, Image, Picture, ToneMap};
-pub use etendue_solvers::{SOLVERS, Stop, Stopped};
+pub use etendue_solvers::{SOLVERS, Spread, Stop, Stopped};
 pub use load::{LoadError, LoadOptions, Loaded, load};
 pub use per_light::{check_per_light, light_names, render_per_light};
 pub use pool::cores;

@@ -1,8 +1,8 @@
 //! Memory: what a picture will take, what there is, what was taken.
 
 use crate::render::RenderError;
-use etendue_film::Replicates;
-use etendue_solvers::Stop;
+use etendue_film::{Allocation, Replicates};
+use etendue_solvers::{Spread, Stop};
 
 /// What a render holds besides its scene.
 #[derive(Clone, Copy, Debug)]
@@ -11,6 +11,8 @@ pub struct Need {
     pub size: [u32; 2],
     /// When it stops: a noise target needs replicates.
     pub stop: Stop,
+    /// How it spreads its samples.
+    pub spread: Spread,
     /// Bytes of the finished layers, per pixel.
     pub layer_bytes: u64,
     /// Bytes that the solver's state holds.
@@ -38,10 +40,17 @@ impl Need {
         let rendering = Self::SUMS + self.layer_bytes + resumed + checkpoint.max(12);
         let writing = Self::PICTURES + 2 * self.layer_bytes;
         let replicates = match self.stop {
-            Stop::Noise { .. } => pixels.min(Replicates::TRACKED) * 24 * Replicates::K as u64,
+            Stop::Noise { .. } => {
+                let allocation = if self.spread == Spread::Adaptive { pixels.saturating_mul(Allocation::BYTES) } else { 0 };
+                allocation.saturating_add(pixels.min(Replicates::TRACKED) * 24 * Replicates::K as u64)
+            }
             _ => 0,
         };
-        pixels.saturating_mul(rendering).saturating_add(self.solver_bytes).max(pixels.saturating_mul(writing)) + replicates
+        pixels
+            .saturating_mul(rendering)
+            .saturating_add(self.solver_bytes)
+            .max(pixels.saturating_mul(writing))
+            .saturating_add(replicates)
     }
 
     /// Refuses what cannot fit, before anything is begun.
@@ -108,8 +117,15 @@ mod tests {
     /// What a solver keeps of a pass counts: a picture of one pixel is refused for it, in words that name it.
     #[test]
     fn solvers_need_memory_too() {
-        let pixel =
-            Need { size: [1, 1], stop: Stop::Samples(1), layer_bytes: 0, solver_bytes: 0, checkpoints: false, resumes: false };
+        let pixel = Need {
+            size: [1, 1],
+            stop: Stop::Samples(1),
+            spread: Spread::Uniform,
+            layer_bytes: 0,
+            solver_bytes: 0,
+            checkpoints: false,
+            resumes: false,
+        };
         assert!(pixel.check().is_ok());
         let greedy = Need { solver_bytes: 1 << 60, ..pixel };
         assert!(greedy.bytes() >= 1 << 60);

@@ -15,7 +15,7 @@ use etendue_image::Picture;
 use etendue_numerics::SequenceKind;
 use etendue_scene::View;
 use etendue_solvers::aov::Quantity;
-use etendue_solvers::{Balance, CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Stop, Stopped};
+use etendue_solvers::{Balance, CancelToken, Checkpoint, Event, Outcome, PathRules, Progress, Run, Spread, Stop, Stopped};
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::sync::atomic::Ordering;
@@ -34,6 +34,8 @@ pub struct RenderOptions {
     pub parameters: Vec<(String, String)>,
     /// When to stop; after the scene's sample count otherwise.
     pub stop: Option<Stop>,
+    /// How the samples of a noise target are spread over the pixels; uniformly otherwise.
+    pub spread: Option<Spread>,
     /// Seed; the scene's own otherwise.
     pub seed: Option<u64>,
     /// Threads; all cores otherwise.
@@ -108,6 +110,7 @@ struct Plan<'a> {
     layers: Vec<layers::Plan>,
     shape: FilmShape,
     stop: Stop,
+    spread: Spread,
 }
 
 impl<'a> Plan<'a> {
@@ -120,12 +123,13 @@ impl<'a> Plan<'a> {
         let layers = layers::plan(loaded, &options.aovs)?;
         let shape = FilmShape { size: view.film.crop_size, kernel: view.film.filter };
         let stop = options.stop.unwrap_or(Stop::Samples(view.sampler.count));
+        let spread = spread(options, stop, &choice)?;
         let layer_bytes = layers::bytes_per_pixel(&layers);
         let checkpoints = options.checkpoint_every.is_some();
         let solver_bytes = choice.holds(shape.size);
         let resumes = options.resume.is_some();
-        Need { size: shape.size, stop, layer_bytes, solver_bytes, checkpoints, resumes }.check()?;
-        Ok(Self { view, choice, because, layers, shape, stop })
+        Need { size: shape.size, stop, spread, layer_bytes, solver_bytes, checkpoints, resumes }.check()?;
+        Ok(Self { view, choice, because, layers, shape, stop, spread })
     }
 }
 
@@ -138,7 +142,7 @@ pub fn check(loaded: &Loaded, options: &RenderOptions) -> Result<(), RenderError
 /// Renders a view of a scene.
 pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result<Rendering, RenderError> {
     let scene = &loaded.scene;
-    let Plan { view, choice, because, layers: plans, shape, stop } = Plan::new(loaded, options)?;
+    let Plan { view, choice, because, layers: plans, shape, stop, spread } = Plan::new(loaded, options)?;
     let pool = pool::pool(options.threads)?;
     let rules = rules(loaded, options);
     let sequence = options.sequence.unwrap_or_default();
@@ -153,6 +157,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         seed: options.seed.unwrap_or(view.sampler.seed),
         sequence,
         stop,
+        spread,
         rules,
         digest: if resumable { digest(loaded, options.view, &rules, sequence, &choice.parameters()) } else { 0 },
         pool: &pool,
@@ -173,11 +178,12 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         Ok(outcome) => {
             let outcome = outcome.map_err(|e| RenderError(e.to_string()))?;
             let failure = if let Stopped::Failed(why) = outcome.stopped { Some(why.to_string()) } else { None };
-            (End::of(&outcome), failure)
+            (End::of(outcome), failure)
         }
         Err(words) => {
             let passes = watch.progress.passes.load(Ordering::Relaxed) as u32;
-            (End { stopped: Stopped::Cancelled, passes, noise: None, elapsed: begun.elapsed(), books: None }, Some(words))
+            let elapsed = begun.elapsed();
+            (End { stopped: Stopped::Cancelled, passes, noise: None, samples: None, elapsed, books: None }, Some(words))
         }
     };
 
@@ -185,7 +191,11 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
     let (nonfinite, first) = film.dropped();
     drop(film);
     let mean = mean(&pixels);
-    let layers = if failure.is_some() { Vec::new() } else { layers::render(&plans, end.passes, loaded, &run, shape)? };
+    let layers = if failure.is_some() {
+        Vec::new()
+    } else {
+        layers::render(&plans, end.passes, end.samples.as_deref(), loaded, &run, shape)?
+    };
     let black = if mean == [0.0; 3] { why_black(loaded, &rules) } else { Vec::new() };
     let picture = picture(pixels, view.film.channels, shape.size, layers, words(loaded, name, end.passes, &run, view))?;
     let stats = Stats {
@@ -209,6 +219,7 @@ pub fn render(loaded: &Loaded, options: &RenderOptions, watch: &Watch) -> Result
         triangles: scene.triangles,
         mean,
         stopped: if failure.is_some() { FAILED } else { stopped_word(end.stopped) }.to_owned(),
+        samples: end.samples.as_ref().and_then(|s| Some([*s.iter().min()?, *s.iter().max()?])),
         noise_percent: end.noise.map(|n| <[f64; 3]>::from(n.percent())),
         lights: Vec::new(),
         books: end.books,
@@ -221,16 +232,18 @@ struct End {
     stopped: Stopped,
     passes: u32,
     noise: Option<NoiseEstimate>,
+    samples: Option<Vec<u32>>,
     elapsed: Duration,
     books: Option<Balance>,
 }
 
 impl End {
-    fn of(outcome: &Outcome) -> Self {
+    fn of(outcome: Outcome) -> Self {
         Self {
             stopped: outcome.stopped,
             passes: outcome.passes,
             noise: outcome.noise,
+            samples: outcome.samples,
             elapsed: outcome.elapsed,
             books: outcome.books,
         }
@@ -243,6 +256,19 @@ pub(crate) fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> 
         let s = if count == 1 { "" } else { "s" };
         RenderError(format!("there is no view {index}: the scene has {count} sensor{s}, counted from 0"))
     })
+}
+
+/// How samples are spread: an option that would change nothing is refused.
+fn spread(options: &RenderOptions, stop: Stop, choice: &Choice) -> Result<Spread, RenderError> {
+    match options.spread {
+        _ if !matches!(stop, Stop::Noise { .. }) => Ok(Spread::Uniform),
+        Some(Spread::Adaptive) if !choice.adapts() => Err(RenderError(
+            "this solver spreads its samples uniformly: what it finds from the lights, or all over the picture at once, falls into any pixel\n  \
+            help: solvers that take more samples where there is noise: path-mis, path-nee, path, direct, whitted, distribution"
+                .to_owned(),
+        )),
+        spread => Ok(spread.unwrap_or_default()),
+    }
 }
 
 pub(crate) fn rules(loaded: &Loaded, options: &RenderOptions) -> PathRules {

@@ -21,6 +21,9 @@ pub struct Stats {
     pub height: u32,
     /// Samples taken per pixel.
     pub spp: u32,
+    /// The fewest and the most samples of a pixel, where they differ; `spp` is their mean.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub samples: Option<[u32; 2]>,
     /// Seed.
     pub seed: u64,
     /// Threads.

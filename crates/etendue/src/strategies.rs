@@ -18,7 +18,7 @@ use etendue_image::{Image, Layer, Picture, ToneMap};
 use etendue_numerics::SequenceKind;
 use etendue_solvers::bidirectional::Bidirectional;
 use etendue_solvers::bidirectional::strategies::{StrategyPicture, pictures};
-use etendue_solvers::{CancelToken, PathRules, Progress, Run, Solver, Stop};
+use etendue_solvers::{CancelToken, PathRules, Progress, Run, Solver, Spread, Stop};
 
 /// Bytes of a pixel of a strategy, weighted and not, films and finished pictures together.
 const BYTES: u64 = 256;
@@ -78,6 +78,7 @@ pub fn pyramid(
         seed: options.seed,
         sequence: SequenceKind::Sobol,
         stop: Stop::Samples(options.spp),
+        spread: Spread::Uniform,
         rules: PathRules { max_edges: rules.max_edges.min(options.vertices - 1), ..rules },
         digest: 0,
         pool: &pool,

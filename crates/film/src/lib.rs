@@ -7,6 +7,7 @@
 //! Sums are exact fixed-point numbers ([`Fixed`]), so they do not depend on order: threads, tiles, passes, shards and resumed
 //! renders merge to the same bits. Samples of pixels go through a [`Tile`], splats of light paths through [`Film::add_splats`].
 
+mod allocation;
 mod film;
 mod fixed;
 mod replicates;
@@ -14,6 +15,7 @@ mod splat;
 mod sums;
 mod tile;
 
+pub use allocation::Allocation;
 pub use film::{Film, FilmShape};
 pub use fixed::Fixed;
 pub use replicates::{NoiseEstimate, Replicates};

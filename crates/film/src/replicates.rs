@@ -87,9 +87,8 @@ impl Replicates {
         }
     }
 
-    /// The estimate after `passes` passes of each replicate. `noise_factor` is the variance that the reconstruction filter leaves of a
-    /// pixel's own (1 for the box): the replicates' pixels are unfiltered.
-    pub fn estimate(&self, passes: u32, noise_factor: f64) -> NoiseEstimate {
+    /// (s²/K) / (x̄² + e) of each tracked pixel, channel by channel, after `passes` passes of each replicate.
+    fn ratios(&self, passes: u32) -> Vec<[f64; 3]> {
         let k = Self::K as f64;
         let scale = 1.0 / (UNIT * f64::from(passes.max(1)));
         let statistics = |slot: usize, channel: usize| {
@@ -98,14 +97,27 @@ impl Replicates {
             let variance = (0..Self::K).map(|r| (x(r) - mean).powi(2)).sum::<f64>() / (k - 1.0) / k;
             (mean, variance)
         };
-        let pairs: Vec<_> = (0..self.count).flat_map(|p| (0..3).map(move |c| (p, c))).map(|(p, c)| statistics(p, c)).collect();
-        let n = pairs.len().max(1) as f64;
-        let square = |(mean, variance): &(f64, f64)| (mean * mean - variance).max(0.0);
-        let e = 0.01 * (pairs.iter().map(|p| p.0).sum::<f64>() / n).powi(2);
+        let pixels: Vec<_> = (0..self.count).map(|p| [0, 1, 2].map(|c| statistics(p, c))).collect();
+        let n = (3 * pixels.len()).max(1) as f64;
+        let square = |(mean, variance): (f64, f64)| (mean * mean - variance).max(0.0);
+        let e = 0.01 * (pixels.iter().flatten().map(|p| p.0).sum::<f64>() / n).powi(2);
         if e <= 0.0 {
-            return NoiseEstimate { rel_mse: 0.0, half_width: 0.0 };
+            return vec![[0.0; 3]; self.count];
         }
-        let ratios: Vec<f64> = pairs.iter().map(|p| noise_factor * p.1 / (square(p) + e)).collect();
+        pixels.iter().map(|pixel| pixel.map(|p| p.1 / (square(p) + e))).collect()
+    }
+
+    /// Of each tracked pixel its place, rows from the top, and its variance relative to what relMSE divides by: mean over channels.
+    pub(crate) fn variances(&self, passes: u32) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let stride = self.stride as usize;
+        self.ratios(passes).into_iter().enumerate().map(move |(slot, r)| (slot * stride, (r[0] + r[1] + r[2]) / 3.0))
+    }
+
+    /// The estimate after `passes` passes of each replicate. `noise_factor` is the variance that the reconstruction filter leaves of a
+    /// pixel's own (1 for the box): the replicates' pixels are unfiltered.
+    pub fn estimate(&self, passes: u32, noise_factor: f64) -> NoiseEstimate {
+        let ratios: Vec<f64> = self.ratios(passes).into_iter().flatten().map(|r| noise_factor * r).collect();
+        let n = ratios.len().max(1) as f64;
         let mean = ratios.iter().sum::<f64>() / n;
         // Channels of a pixel are not independent: a third of the terms count.
         let spread = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);

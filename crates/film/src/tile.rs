@@ -83,12 +83,18 @@ impl Tile {
     /// is dropped and counted; `sample` says which one it was.
     #[inline]
     pub fn add(&mut self, position: Vec2, l: Spectrum, sample: u32) {
+        self.add_weighted(position, l, 1.0, sample);
+    }
+
+    /// The same for a sample that counts `weight` times.
+    #[inline]
+    pub fn add_weighted(&mut self, position: Vec2, l: Spectrum, weight: f32, sample: u32) {
         if !l.is_finite() {
             self.drop_sample(position, sample);
             return;
         }
         let [r, g, b] = l.to_rgb();
-        let value = Vec4::new(r, g, b, 1.0);
+        let value = weight * Vec4::new(r, g, b, 1.0);
         let local = position - Vec2::new(self.origin[0] as f32, self.origin[1] as f32);
         if self.kernel.is_box {
             let (x, y) = ((local.x as i32).clamp(0, self.size[0] - 1), (local.y as i32).clamp(0, self.size[1] - 1));

@@ -11,7 +11,7 @@ use etendue_numerics::SequenceKind;
 use etendue_scene::{CompileOptions, Scene};
 use etendue_solvers::bidirectional::Bidirectional;
 use etendue_solvers::bidirectional::strategies::{StrategyPicture, pictures};
-use etendue_solvers::{CancelToken, PathRules, Progress, Run, Stop};
+use etendue_solvers::{CancelToken, PathRules, Progress, Run, Spread, Stop};
 use std::error::Error;
 use std::path::Path;
 
@@ -26,6 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         seed: 0,
         sequence: SequenceKind::Sobol,
         stop: Stop::Samples(passes),
+        spread: Spread::Uniform,
         rules: PathRules::of(&scene.integrator),
         digest: 0,
         pool: &rayon::ThreadPoolBuilder::new().build()?,

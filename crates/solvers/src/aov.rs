@@ -29,6 +29,8 @@ pub enum Quantity {
     ShapeIndex,
     /// Number of the primitive in its surface.
     PrimitiveIndex,
+    /// Samples taken: as many in every pixel, but where a noise target spreads them.
+    Samples,
 }
 
 /// A quantity, its name on the command line, its name in Mitsuba's `aov`, and its channels as Mitsuba names them.
@@ -36,7 +38,7 @@ type Entry = (Quantity, &'static str, &'static str, &'static [&'static str]);
 
 impl Quantity {
     /// All quantities. A depth is measured along the ray, so its channel is the ray's parameter `T`, not the camera's `Z`.
-    pub const ALL: [Entry; 10] = [
+    pub const ALL: [Entry; 11] = [
         (Self::Albedo, "albedo", "albedo", &["R", "G", "B"]),
         (Self::Normal, "normal", "sh_normal", &["X", "Y", "Z"]),
         (Self::GeometricNormal, "geometric-normal", "geo_normal", &["X", "Y", "Z"]),
@@ -47,6 +49,7 @@ impl Quantity {
         (Self::DpDv, "dp-dv", "dp_dv", &["X", "Y", "Z"]),
         (Self::ShapeIndex, "shape-index", "shape_index", &["I"]),
         (Self::PrimitiveIndex, "primitive-index", "prim_index", &["I"]),
+        (Self::Samples, "samples", "samples", &["N"]),
     ];
 
     /// The quantity of a name of either kind.
@@ -89,6 +92,7 @@ impl PixelSolver for Aov {
             Quantity::DpDv => vector(x.dp_dv),
             Quantity::ShapeIndex => Spectrum::splat(x.surface.0 as f32),
             Quantity::PrimitiveIndex => Spectrum::splat(x.primitive as f32),
+            Quantity::Samples => Spectrum::ONE,
         }
     }
 

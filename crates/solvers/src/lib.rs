@@ -53,6 +53,6 @@ pub mod whitted;
 
 pub use drivers::{Balance, Checkpoint, Outcome, Work, render};
 pub use parameters::{ParameterError, ParameterInfo};
-pub use run::{CancelToken, Event, Progress, Run, Stop, Stopped};
+pub use run::{CancelToken, Event, Progress, Run, Spread, Stop, Stopped};
 pub use solver::{AnySolver, CannotGoOn, Estimates, Refusal, SOLVERS, Solver, SolverInfo};
 pub use transport::PathRules;

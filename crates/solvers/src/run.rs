@@ -24,6 +24,16 @@ pub enum Stop {
     },
 }
 
+/// How the samples of a noise target are spread over the pixels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spread {
+    /// As many in every pixel.
+    #[default]
+    Uniform,
+    /// More where the picture is noisy ([`etendue_film::Allocation`]), if the solver can.
+    Adaptive,
+}
+
 /// Why a render ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stopped {
@@ -101,6 +111,8 @@ pub struct Run<'a> {
     pub sequence: SequenceKind,
     /// When to stop.
     pub stop: Stop,
+    /// How samples are spread over the pixels, where there is a noise target.
+    pub spread: Spread,
     /// Which paths count.
     pub rules: PathRules,
     /// What the scene and its settings boil down to: a checkpoint of another digest is refused.

@@ -45,6 +45,11 @@ pub trait Solver: Sync {
     /// Into how many units of work a pass over a picture of this size is cut: a function of the size alone.
     fn units(&self, size: [u32; 2]) -> usize;
 
+    /// Whether a pass can take more samples in one pixel than in another ([`Work::allocation`]).
+    fn adapts(&self) -> bool {
+        false
+    }
+
     /// Bytes that its state holds, about, for a picture of this size.
     fn holds(&self, _: [u32; 2]) -> u64 {
         0
@@ -229,6 +234,11 @@ macro_rules! solvers {
             /// Why it cannot do a scene with the parameters that it has.
             pub fn refuses(&self, scene: &Scene) -> Option<Refusal> {
                 match self { $(Self::$variant(s) => s.refuses(scene),)* }
+            }
+
+            /// Whether it can take more samples in one pixel than in another.
+            pub fn adapts(&self) -> bool {
+                match self { $(Self::$variant(s) => Solver::adapts(s),)* }
             }
 
             /// Bytes that its state holds, about, for a picture of this size.

@@ -15,7 +15,7 @@ use etendue_solvers::bidirectional::strategies::{self, StrategyPicture};
 use etendue_solvers::bidirectional::{Bidirectional, Found, Paths};
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::transport::PathState;
-use etendue_solvers::{CancelToken, PathRules, Progress, Run, Stop};
+use etendue_solvers::{CancelToken, PathRules, Progress, Run, Spread, Stop};
 
 const BOTH: [Bidirectional; 2] = [Bidirectional { exponent: 1, faint: 0.0 }, Bidirectional { exponent: 2, faint: 0.05 }];
 #[test]
@@ -58,6 +58,7 @@ fn strategy_pictures(scene: &Scene, rules: PathRules, spp: u32, vertices: u32, s
         seed,
         sequence: SequenceKind::Sobol,
         stop: Stop::Samples(spp),
+        spread: Spread::Uniform,
         rules,
         digest: 0,
         pool: &threads(2),
@@ -76,6 +77,7 @@ fn with_run<T>(rules: PathRules, seed: u64, f: impl FnOnce(&Run<'_>) -> T) -> T 
         seed,
         sequence: SequenceKind::Sobol,
         stop: Stop::Samples(16),
+        spread: Spread::Uniform,
         rules,
         digest: 0,
         pool: &threads(2),

@@ -11,13 +11,18 @@ use etendue_solvers::metropolis::bootstrap::ReplayDiffers;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::path_nee::PathNee;
 use etendue_solvers::solver::Needs;
-use etendue_solvers::{CancelToken, CannotGoOn, Checkpoint, Event, Outcome, PathRules, Progress, Run, Solver, Stop, Stopped, Work};
+use etendue_solvers::{
+    CancelToken, CannotGoOn, Checkpoint, Event, Outcome, PathRules, Progress, Run, Solver, Spread, Stop, Stopped, Work,
+};
 use std::sync::Mutex;
 use std::time::Duration;
 
 /// A filter wider than a pixel: samples reach over the borders of tiles.
 const GAUSSIAN: &str = r#"<rfilter type="gaussian"/>"#;
 const BOX: &str = r#"<rfilter type="box"/>"#;
+
+/// A noise target that is never reached.
+const NOISE: Stop = Stop::Noise { percent: 1e-9, limit: 32 };
 
 fn balls(film: &str) -> Scene {
     scene(&format!(
@@ -33,15 +38,15 @@ fn balls(film: &str) -> Scene {
 #[test]
 fn threads_do_not_matter() {
     let scene = balls(GAUSSIAN);
-    for stop in [Stop::Samples(5), Stop::Noise { percent: 1e-9, limit: 32 }] {
+    for job in [samples(5), Job { stop: NOISE, ..samples(0) }, samples(0).adaptive(1e-9, 80)] {
         let at = |threads: usize| {
-            let (film, outcome) = render(&scene, &PathMis::default(), Job { stop, threads, ..samples(0) });
-            (bits(&film.develop()), outcome.noise.map(|n| (n.rel_mse.to_bits(), n.half_width.to_bits())))
+            let (film, outcome) = render(&scene, &PathMis::default(), Job { threads, ..job });
+            (bits(&film.develop()), outcome.samples, outcome.noise.map(|n| (n.rel_mse.to_bits(), n.half_width.to_bits())))
         };
         let once = at(1);
         assert_eq!(at(1), once, "the second time");
         for threads in [2, 5] {
-            assert!(at(threads) == once, "{threads} threads, {stop:?}");
+            assert!(at(threads) == once, "{threads} threads, {job:?}");
         }
     }
 }
@@ -73,6 +78,7 @@ fn crops_are_windows() {
 struct Attempt<'a> {
     scene: &'a Scene,
     stop: Stop,
+    spread: Spread,
     digest: u64,
     seed: u64,
 }
@@ -93,6 +99,7 @@ impl Attempt<'_> {
             seed: self.seed,
             sequence: SequenceKind::Sobol,
             stop: self.stop,
+            spread: self.spread,
             rules: PathRules::default(),
             digest: self.digest,
             pool: &pool,
@@ -140,12 +147,13 @@ impl etendue_solvers::drivers::PixelSolver for Saboteur<'_> {
 #[test]
 fn stopped_and_resumed_is_undisturbed() {
     let scene = balls(GAUSSIAN);
-    for stop in [Stop::Samples(6), Stop::Noise { percent: 1e-9, limit: 32 }] {
-        let attempt = Attempt { scene: &scene, stop, digest: 9, seed: 3 };
+    let adaptive = Stop::Noise { percent: 1e-9, limit: 64 };
+    for (stop, spread) in [(Stop::Samples(6), Spread::Uniform), (NOISE, Spread::Uniform), (adaptive, Spread::Adaptive)] {
+        let attempt = Attempt { scene: &scene, stop, spread, digest: 9, seed: 3 };
         let (undisturbed, outcome, _) = attempt.run(None, None).expect("runs");
         let mut bytes: Option<Vec<u8>> = None;
-        // Three interruptions: in the middle of the first pass, of a later one, and right at a pass's beginning.
-        for at in [(0, 2), (3, 4), (5, 0)] {
+        // Interruptions: in the middle of the first pass, of a later one, and right at a pass's beginning; and where pixels are no longer sampled alike.
+        for at in [(0, 2), (3, 4), (5, 0), (40, 3)].into_iter().filter(|at| at.0 < outcome.passes) {
             let (partial, stopped, saved) = attempt.run(Some(at), bytes.as_deref()).expect("resumes");
             assert_eq!(stopped.stopped, Stopped::Cancelled);
             assert_eq!(stopped.passes, at.0);
@@ -154,7 +162,7 @@ fn stopped_and_resumed_is_undisturbed() {
         }
         let (finished, end, _) = attempt.run(None, bytes.as_deref()).expect("resumes");
         assert_eq!((end.stopped, end.passes), (outcome.stopped, outcome.passes));
-        assert_eq!(end.noise, outcome.noise);
+        assert_eq!((end.noise, end.samples), (outcome.noise, outcome.samples));
         assert!(bits(&finished) == bits(&undisturbed), "{stop:?}");
     }
 }
@@ -210,7 +218,7 @@ fn no_time_is_time_for_one_pass() {
 #[test]
 fn foreign_and_damaged_checkpoints_are_refused() {
     let scene = balls(BOX);
-    let attempt = |digest, seed, stop| Attempt { scene: &scene, stop, digest, seed };
+    let attempt = |digest, seed, stop| Attempt { scene: &scene, stop, spread: Spread::Uniform, digest, seed };
     let of = attempt(9, 3, Stop::Samples(6));
     let (_, _, bytes) = of.run(Some((2, 1)), None).expect("runs");
     assert!(of.run(None, Some(&bytes)).is_ok());
@@ -223,6 +231,8 @@ fn foreign_and_damaged_checkpoints_are_refused() {
     refused(attempt(9, 4, Stop::Samples(6)), &bytes, "seed 3");
     refused(attempt(9, 3, Stop::Samples(7)), &bytes, "sample count of 6");
     refused(attempt(9, 3, Stop::Noise { percent: 1.0, limit: 96 }), &bytes, "noise target");
+    let (_, _, even) = attempt(9, 3, NOISE).run(Some((2, 1)), None).expect("runs");
+    refused(Attempt { spread: Spread::Adaptive, ..attempt(9, 3, NOISE) }, &even, "more samples where there is noise");
     let smaller = scene_of_another_size();
     refused(Attempt { scene: &smaller, ..attempt(9, 3, Stop::Samples(6)) }, &bytes, "size");
 

@@ -7,7 +7,7 @@ use etendue_film::{Film, FilmShape};
 use etendue_numerics::{Sampler, SequenceKind, Spectrum, Vec3};
 use etendue_solvers::drivers::PixelSolver;
 use etendue_solvers::transport::{Context, PathState, Vertex};
-use etendue_solvers::{CancelToken, PathRules, Progress, Run};
+use etendue_solvers::{CancelToken, PathRules, Progress, Run, Spread};
 use std::path::Path;
 
 /// The integral over the hemisphere as a sum over n = 2·rings² directions, the centres of cells of equal solid angle Δω = 2π/n:
@@ -63,6 +63,7 @@ pub fn finite_directions(folder: &Path) -> Drawn {
             seed: 0,
             sequence: SequenceKind::Sobol,
             stop: Stop::Samples(spp),
+            spread: Spread::Uniform,
             rules: PathRules::default().with_bounces(0..=1),
             digest: 0,
             pool: &pool,

@@ -9,6 +9,7 @@
 
 mod approximations;
 mod canvas;
+mod growth;
 mod path_vs_light;
 mod radiosity;
 mod spectra;
@@ -44,6 +45,7 @@ const FIGURES: &[Figure] = &[
         draw: radiosity::convergence,
     },
     Figure { name: "radiosity-growth", shows: "radiosity: time and memory against the number of patches", draw: radiosity::growth },
+    Figure { name: "growth", shows: "time against triangles, lamps, bounces, pixels and threads", draw: growth::growth },
     Figure { name: "lambertian", shows: "all surfaces diffuse", draw: approximations::lambertian },
 ];
 

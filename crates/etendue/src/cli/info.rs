@@ -4,7 +4,7 @@ use super::scene::{SceneArguments, SizeArguments, scene};
 use super::{Done, output};
 use clap::Args;
 use etendue::render::filter_words;
-use etendue::{Stop, memory};
+use etendue::{Spread, Stop, memory};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -43,6 +43,7 @@ pub fn run(arguments: &InfoArguments) -> Done {
         let need = memory::Need {
             size: film.crop_size,
             stop: Stop::Samples(1),
+            spread: Spread::Uniform,
             layer_bytes: 0,
             solver_bytes: 0,
             checkpoints: false,

@@ -1,5 +1,6 @@
 //! Words of the command line into values; a refusal here is wrong usage.
 
+use etendue::Spread;
 use etendue_image::Format;
 use etendue_numerics::SequenceKind;
 use etendue_solvers::aov::Quantity;
@@ -55,6 +56,15 @@ pub fn sequence(text: &str) -> Result<SequenceKind, String> {
         "stratified" => Ok(SequenceKind::Stratified),
         "independent" => Ok(SequenceKind::Independent),
         _ => Err("expected sobol, stratified or independent".to_owned()),
+    }
+}
+
+/// How samples are spread.
+pub fn spread(text: &str) -> Result<Spread, String> {
+    match text {
+        "adaptive" => Ok(Spread::Adaptive),
+        "uniform" => Ok(Spread::Uniform),
+        _ => Err("expected adaptive or uniform".to_owned()),
     }
 }
 

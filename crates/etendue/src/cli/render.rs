@@ -8,7 +8,8 @@ use super::tonemap::ToneArguments;
 use super::{Done, files, output, summary};
 use clap::Args;
 use etendue::{
-    Listener, RenderOptions, Rendering, Stop, Stopped, Watch, advise, check, check_per_light, cores, render, render_per_light,
+    Listener, RenderOptions, Rendering, Spread, Stop, Stopped, Watch, advise, check, check_per_light, cores, render,
+    render_per_light,
 };
 use etendue_image::{Format, write_atomically};
 use etendue_numerics::SequenceKind;
@@ -49,6 +50,9 @@ pub struct RenderArguments {
     /// Stop when the estimated relative error of the picture, √relMSE, is at most this many per cent.
     #[arg(long, value_name = "PERCENT", group = "stop", value_parser = parse::positive)]
     noise: Option<f64>,
+    /// How the samples of a noise target are spread over the pixels: uniform unless told, or adaptive (more where there is noise).
+    #[arg(long, value_name = "HOW", requires = "noise", value_parser = parse::spread)]
+    spread: Option<Spread>,
     /// Seed of all random decisions.
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -65,7 +69,7 @@ pub struct RenderArguments {
     sampler: Option<SequenceKind>,
     #[command(flatten)]
     common: SceneArguments,
-    /// Layers in the EXR beside the picture: albedo, normal, geometric-normal, depth, position, uv, …
+    /// Layers in the EXR beside the picture: albedo, normal, geometric-normal, depth, position, uv, samples, …
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = parse::quantity)]
     aov: Vec<Quantity>,
     /// Render each light alone, and the picture as their sum. In .exr each light is a layer of its name, other formats get a file more for each:
@@ -113,6 +117,7 @@ pub fn run(a: &RenderArguments) -> Done {
         because: None,
         parameters: a.param.clone(),
         stop: Some(stop),
+        spread: a.spread,
         seed: a.seed,
         threads,
         max_depth: a.max_depth.map(|d| d.0),

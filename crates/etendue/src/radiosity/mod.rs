@@ -22,7 +22,7 @@ use etendue_image::Picture;
 use etendue_radiosity::Solved;
 use etendue_radiosity::solved::{Settings, Stage};
 use etendue_solvers::radiosity::{Look, Show, Shown};
-use etendue_solvers::{CancelToken, PathRules, Progress, Run, Stop};
+use etendue_solvers::{CancelToken, PathRules, Progress, Run, Spread, Stop};
 use std::time::Instant;
 
 /// Hears of stages; its `false` stops.
@@ -75,6 +75,7 @@ pub fn look(
         seed: how.seed,
         sequence: Default::default(),
         stop: Stop::Samples(how.spp),
+        spread: Spread::Uniform,
         rules: how.rules,
         digest: 0,
         pool: &pool,

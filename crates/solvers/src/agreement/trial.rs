@@ -2,7 +2,7 @@
 
 use super::{Grid, Sample};
 use crate::drivers::{CannotResume, Outcome};
-use crate::run::{CancelToken, Progress, Run, Stop, Stopped};
+use crate::run::{CancelToken, Progress, Run, Spread, Stop, Stopped};
 use crate::solver::{CannotGoOn, Solver};
 use crate::transport::PathRules;
 use etendue_film::{Film, FilmShape};
@@ -106,6 +106,7 @@ impl<'a> Trial<'a> {
             seed,
             sequence: self.sequence,
             stop,
+            spread: Spread::Uniform,
             rules: self.rules,
             digest: 0,
             pool: self.pool,

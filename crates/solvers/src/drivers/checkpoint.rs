@@ -3,7 +3,7 @@
 
 use super::ledger::Ledger;
 use crate::run::{Run, Stop};
-use etendue_film::{Film, Replicates, Sums};
+use etendue_film::{Allocation, Film, Replicates, Sums};
 use etendue_numerics::sequence::mix;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -11,10 +11,10 @@ use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
 /// First bytes of a checkpoint's encoding, with its version.
-const MAGIC: [u8; 8] = *b"etendue2";
+const MAGIC: [u8; 8] = *b"etendue3";
 
 /// Everything that a render needs to go on as if it had never stopped.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     magic: [u8; 8],
     /// The solver's name.
@@ -31,6 +31,7 @@ pub struct Checkpoint {
     state: Vec<u8>,
     sums: Sums,
     replicates: Option<Replicates>,
+    allocation: Option<Allocation>,
 }
 
 /// Why a checkpoint does not fit.
@@ -46,6 +47,7 @@ impl fmt::Display for CannotResume {
 impl std::error::Error for CannotResume {}
 
 impl Checkpoint {
+    #[expect(clippy::too_many_arguments, reason = "all that a render holds")]
     pub(super) fn take(
         name: &str,
         run: &Run<'_>,
@@ -54,6 +56,7 @@ impl Checkpoint {
         film: &Film,
         tiles: &Ledger,
         replicates: Option<&Mutex<Replicates>>,
+        allocation: Option<&Allocation>,
     ) -> Self {
         Self {
             magic: MAGIC,
@@ -67,11 +70,12 @@ impl Checkpoint {
             state: postcard::to_stdvec(state).unwrap_or_default(),
             sums: film.sums(),
             replicates: replicates.map(|r| r.lock().unwrap_or_else(PoisonError::into_inner).clone()),
+            allocation: allocation.cloned(),
         }
     }
 
     /// Whether this checkpoint belongs to such a render.
-    pub(super) fn check(&self, name: &str, run: &Run<'_>, film: &Film) -> Result<(), CannotResume> {
+    pub(super) fn check(&self, name: &str, run: &Run<'_>, film: &Film, adaptive: bool) -> Result<(), CannotResume> {
         let differs = |what: &str, theirs: String, ours: String| {
             Err(CannotResume(format!("the checkpoint was made with {what} {theirs}, this render has {ours}")))
         };
@@ -87,6 +91,11 @@ impl Checkpoint {
         if self.noise_mode != matches!(run.stop, Stop::Noise { .. }) {
             return Err(CannotResume("of the two renders one has a noise target and the other has none".to_owned()));
         }
+        if self.allocation.is_some() != adaptive {
+            return Err(CannotResume(
+                "one of the two renders takes more samples where there is noise, the other does not".to_owned(),
+            ));
+        }
         if self.planned != run.planned_samples() {
             return differs("a sample count of", self.planned.to_string(), run.planned_samples().to_string());
         }
@@ -101,13 +110,16 @@ impl Checkpoint {
         film: &Film,
         tiles: &Ledger,
         replicates: Option<&Mutex<Replicates>>,
+        allocation: &mut Option<Allocation>,
     ) -> Result<S, CannotResume> {
         let damaged = || CannotResume("the checkpoint is damaged".to_owned());
         let state = postcard::from_bytes(&self.state).map_err(|_| damaged())?;
         let replicates_fit = self.replicates.as_ref().is_none_or(|r| r.fits(film.shape().size));
+        let allocation_fits = self.allocation.as_ref().is_none_or(|a| a.fits(film.shape().size));
         if self.tiles.len() != tiles.len()
             || self.replicates.is_some() != replicates.is_some()
             || !replicates_fit
+            || !allocation_fits
             || !film.merge(&self.sums)
         {
             return Err(damaged());
@@ -116,6 +128,7 @@ impl Checkpoint {
         if let (Some(ours), Some(theirs)) = (replicates, &self.replicates) {
             ours.lock().unwrap_or_else(PoisonError::into_inner).clone_from(theirs);
         }
+        allocation.clone_from(&self.allocation);
         Ok(state)
     }
 

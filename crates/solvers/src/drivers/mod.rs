@@ -1,5 +1,6 @@
 //! The loop around a solver's passes: clock, noise test, cancellation, progress and checkpoints are written here, once.
 
+mod allotted;
 mod books;
 mod checkpoint;
 mod ledger;
@@ -12,9 +13,9 @@ pub use ledger::Ledger;
 pub use particles::ParticleSolver;
 pub use pixels::PixelSolver;
 
-use crate::run::{Event, Progress, Run, Stop, Stopped};
+use crate::run::{Event, Progress, Run, Spread, Stop, Stopped};
 use crate::solver::Solver;
-use etendue_film::{Film, NoiseEstimate, Replicates};
+use etendue_film::{Allocation, Film, NoiseEstimate, Replicates};
 use etendue_scene::Scene;
 use std::sync::Mutex;
 use std::sync::atomic::Ordering;
@@ -26,6 +27,8 @@ pub struct Work<'a> {
     pub film: &'a Film,
     /// Replicate sums, in noise mode.
     pub replicates: Option<&'a Mutex<Replicates>>,
+    /// How many samples each pixel gets, where that differs.
+    pub allocation: Option<&'a Allocation>,
     /// Which units of the pass are done; a stopped pass leaves some undone.
     pub units: &'a Ledger,
     /// Whether the pass should stop where it is.
@@ -35,7 +38,7 @@ pub struct Work<'a> {
 }
 
 /// How a render ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Why.
     pub stopped: Stopped,
@@ -45,6 +48,8 @@ pub struct Outcome {
     pub noise: Option<NoiseEstimate>,
     /// From the first ray to the last, of this call.
     pub elapsed: Duration,
+    /// Samples per pixel, rows from the top, where they differ.
+    pub samples: Option<Vec<u32>>,
     /// Where the light went, if the solver follows light.
     pub books: Option<Balance>,
 }
@@ -66,9 +71,11 @@ pub fn render<S: Solver>(
     let ledger = Ledger::new(solver.units(film.shape().size));
     let noise_mode = matches!(run.stop, Stop::Noise { .. });
     let replicates = noise_mode.then(|| Mutex::new(Replicates::new(film.shape().size)));
+    let adaptive = noise_mode && run.spread == Spread::Adaptive && solver.adapts();
+    let mut allocation = adaptive.then(|| Allocation::new(film.shape().size));
     if let Some(checkpoint) = resume {
-        checkpoint.check(name, run, film)?;
-        state = checkpoint.restore(film, &ledger, replicates.as_ref())?;
+        checkpoint.check(name, run, film, adaptive)?;
+        state = checkpoint.restore(film, &ledger, replicates.as_ref(), &mut allocation)?;
         k = checkpoint.passes;
     }
     run.progress.passes.store(u64::from(k), Ordering::Relaxed);
@@ -89,7 +96,8 @@ pub fn render<S: Solver>(
         let time_up = || matches!(run.stop, Stop::Time(limit) if k > 0 && begun.elapsed() >= limit);
         let stop_now = || run.cancel.is_cancelled() || time_up();
         if !stop_now() {
-            let work = Work { film, replicates: replicates.as_ref(), units: &ledger, stop_now: &stop_now, progress: run.progress };
+            let (replicates, allocation) = (replicates.as_ref(), allocation.as_ref());
+            let work = Work { film, replicates, allocation, units: &ledger, stop_now: &stop_now, progress: run.progress };
             if let Err(why) = run.pool.install(|| solver.pass(scene, run, &mut state, k, &work)) {
                 break Stopped::Failed(why);
             }
@@ -113,16 +121,31 @@ pub fn render<S: Solver>(
             if estimate.percent().0 <= percent {
                 break Stopped::Noise;
             }
+            if let Some(allocation) = &mut allocation {
+                allocation.advance(&sums);
+            }
         }
         if run.checkpoint_every.is_some_and(|every| saved.elapsed() >= every) && k < last_pass {
-            (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates.as_ref())));
+            let replicates = replicates.as_ref();
+            (run.events)(Event::Checkpoint(&Checkpoint::take(
+                name,
+                run,
+                k,
+                &state,
+                film,
+                &ledger,
+                replicates,
+                allocation.as_ref(),
+            )));
             saved = Instant::now();
         }
     };
     if run.checkpoint_every.is_some() {
-        (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates.as_ref())));
+        let replicates = replicates.as_ref();
+        (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates, allocation.as_ref())));
     }
-    Ok(Outcome { stopped, passes: k, noise, elapsed: begun.elapsed(), books: solver.books(&state) })
+    let samples = allocation.map(|a| a.taken(k));
+    Ok(Outcome { stopped, passes: k, noise, samples, elapsed: begun.elapsed(), books: solver.books(&state) })
 }
 
 /// Noise is tested after K·2^j passes only: testing at every pass would stop on lucky ones.

@@ -1,6 +1,7 @@
 //! Passes over pixels: one sample of every pixel, tile by tile, each tile one thread's work.
 
 use super::Work;
+use super::allotted;
 use crate::run::{Run, Stop};
 use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, trace};
@@ -70,6 +71,10 @@ impl<T: PixelSolver> Solver for T {
         PixelSolver::estimates(self)
     }
 
+    fn adapts(&self) -> bool {
+        true
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         units(size)
     }
@@ -132,7 +137,7 @@ impl Tiling {
 }
 
 /// Walks that set out together, about: enough to fill lanes, few enough to stay in a core's cache.
-const CROWD: usize = 1024;
+pub(super) const CROWD: usize = 1024;
 
 /// Pass k: sample k of every pixel. In noise mode passes belong to replicates in turn, each with a scramble of its own.
 pub fn pass(solver: &impl PixelSolver, scene: &Scene, run: &Run<'_>, k: u32, work: &Work<'_>) {
@@ -151,6 +156,9 @@ pub(crate) fn pass_over(
 ) {
     let context = Context { scene, rules };
     let tiling = Tiling::new(work.film.shape().size);
+    if let Some(allocation) = work.allocation {
+        return allotted::Pass { solver, context, run, plan, tiling: &tiling, allocation, work }.over(units);
+    }
     // Tiles are taken in groups, unless there are too few of them to go round.
     let per_crowd = CROWD / (tiling.edge * tiling.edge) as usize;
     let group = (units.len() / (4 * rayon::current_num_threads())).clamp(1, per_crowd);
@@ -330,7 +338,7 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
 
 /// A place `within` a pixel of the full film: in the picture, and on the film.
 #[inline]
-fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
+pub(super) fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
     // Far from zero the sum may round up to the next pixel: this one would go without, and stay black with a single sample.
     let below = |n: u32| (n as f32 + 1.0).next_down();
     let [column, row] = [x.wrapping_sub(film.crop_offset[0]), y.wrapping_sub(film.crop_offset[1])];
@@ -349,13 +357,13 @@ pub(crate) fn eye_walk(c: &Context<'_>, view: usize, on_film: Vec2, u: &impl Num
 
 /// The numbers that pick a point on the lens; not drawn where there is none.
 #[inline]
-fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
+pub(super) fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
     if sensor.has_lens() { u.u2(Dim::at(0, slot::LENS)) } else { Vec2::ZERO }
 }
 
 /// [`eye_walk`] through a point of the lens, at a time, with its wavelengths.
 #[inline]
-fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
+pub(super) fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
     let ray = c.scene.views[view].sensor.sample_ray(on_film, lens, time);
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
     PathState::start(seen, wl.grey(ray.weight), wl)

@@ -59,6 +59,7 @@ fn session<S: Solver>(scene: &Scene, solver: &S, stop: Stop, at: Option<(u32, u6
         seed: 3,
         sequence: SequenceKind::Sobol,
         stop,
+        spread: Spread::Uniform,
         rules: PathRules::default(),
         digest: 9,
         pool: pool(),

@@ -17,7 +17,7 @@ use etendue_film::{Film, FilmShape};
 use etendue_formats::ReadOptions;
 use etendue_numerics::SequenceKind;
 use etendue_scene::{CompileOptions, Scene};
-use etendue_solvers::{CancelToken, Outcome, PathRules, Progress, Run, Solver, Stop};
+use etendue_solvers::{CancelToken, Outcome, PathRules, Progress, Run, Solver, Spread, Stop};
 use std::path::Path;
 use std::sync::OnceLock;
 
@@ -85,6 +85,8 @@ pub struct Job {
     pub rules: PathRules,
     /// When it is done.
     pub stop: Stop,
+    /// How samples are spread.
+    pub spread: Spread,
     /// Seed.
     pub seed: u64,
     /// Threads.
@@ -93,7 +95,7 @@ pub struct Job {
 
 /// So many samples per pixel, all paths.
 pub fn samples(spp: u32) -> Job {
-    Job { rules: PathRules::default(), stop: Stop::Samples(spp), seed: 1, threads: 0 }
+    Job { rules: PathRules::default(), stop: Stop::Samples(spp), spread: Spread::Uniform, seed: 1, threads: 0 }
 }
 
 impl Job {
@@ -105,6 +107,11 @@ impl Job {
     /// Paths of so many edges at most.
     pub fn edges(self, max_edges: u32) -> Self {
         Self { rules: PathRules { max_edges, ..self.rules }, ..self }
+    }
+
+    /// Until the noise is so many per cent, or so many passes are done, with more samples where there is noise.
+    pub fn adaptive(self, percent: f64, limit: u32) -> Self {
+        Self { stop: Stop::Noise { percent, limit }, spread: Spread::Adaptive, ..self }
     }
 
     /// Another seed.
@@ -138,6 +145,7 @@ pub fn render(scene: &Scene, solver: &impl Solver, job: Job) -> (Film, Outcome) 
         seed: job.seed,
         sequence: SequenceKind::Sobol,
         stop: job.stop,
+        spread: job.spread,
         rules: job.rules,
         digest: 0,
         pool: own.as_ref().unwrap_or_else(|| pool()),

@@ -1,0 +1,183 @@
+//! How many samples each pixel gets in the next round: more where the picture is noisy, without bias.
+//!
+//! A *round* is the passes between two tests of the noise: M passes of each of the K [`Replicates`]. Within it a pixel takes n samples of each replicate,
+//! frozen when the round begins, M on average over the pixels. Every sample weighs M/n, so that a round counts in every pixel by its passes, whatever n is:
+//!
+//! ```text
+//! x = Σ_rounds (M / Σ M) · m,     m = 1/n Σ samples of the round,     E[m | all earlier rounds] = μ   ⇒   E[x] = μ
+//! ```
+//!
+//! That holds however n depends on earlier rounds, on the pixel's own samples too, since the weights M/ΣM do not. (A mean of all samples alike has weights n/Σn: those who began
+//! dark by chance and were therefore left alone stay too dark.) Noise is least for n ∝ √v [Neyman 1934], v the variance of one sample relative to what relMSE divides by:
+//!
+//! ```text
+//! v = mean over channels of  s² (ΣM)² / A  / (x̄² + e),      A = Σ_rounds M²/n,      Var x_r = σ² A / (ΣM)²
+//! ```
+//!
+//! A pixel's own v is little known: rare bright samples are most of it, where they were met. It is therefore a blend of means over windows of growing width k around
+//! the pixel, from wide to narrow, each of which counts by the pixels that it rests on:
+//!
+//! ```text
+//! v_k ← t · mean_k + (1 - t) · v_wider,      t = N / (N + 8),      N = (Σ_k v)² / Σ_k v²,      k = 31, 15, 7, 3, 1
+//! ```
+//!
+//! so that a single firefly (N = 1) buys hardly any samples, and an edge between noise and none stays sharp. At least M/10 samples, and one, are taken everywhere, at most 16 M: what
+//! was not met yet may still be there.
+
+use crate::replicates::Replicates;
+use etendue_numerics::sequence::mix;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// Half widths of the windows.
+const REACHES: [usize; 5] = [15, 7, 3, 1, 0];
+/// Pixels that a window must rest on to count as much as all wider ones.
+const ENOUGH: f64 = 8.0;
+/// Samples in a pixel, in units of those of a uniform round: at least and at most.
+const RANGE: [f64; 2] = [0.1, 16.0];
+
+/// Samples per pixel of a round, and what earlier ones took.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Allocation {
+    width: u32,
+    /// Passes of each replicate before this round, and in it: ΣM of the past, M.
+    before: u32,
+    passes: u32,
+    /// n.
+    counts: Vec<u32>,
+    /// Samples of each replicate before this round.
+    taken: Vec<u32>,
+    /// A of all rounds before this one.
+    spread: Vec<f32>,
+}
+
+impl Allocation {
+    /// Bytes that a pixel takes, while the next round is planned.
+    pub const BYTES: u64 = 3 * 4 + 7 * 8;
+
+    /// The first round: one sample of each replicate in every pixel.
+    pub fn new(size: [u32; 2]) -> Self {
+        let pixels = size[0] as usize * size[1] as usize;
+        Self { width: size[0], before: 0, passes: 1, counts: vec![1; pixels], taken: vec![0; pixels], spread: vec![0.0; pixels] }
+    }
+
+    /// Whether this is an allocation for a picture of this size.
+    pub fn fits(&self, size: [u32; 2]) -> bool {
+        let pixels = size[0] as usize * size[1] as usize;
+        self.width == size[0]
+            && self.passes.is_power_of_two()
+            && [self.counts.len(), self.taken.len(), self.spread.len()] == [pixels; 3]
+            && self.counts.iter().all(|n| *n > 0)
+    }
+
+    /// Of a pixel, which samples of replicate `r` are taken in its pass number `pass`, counted from the first round.
+    #[inline]
+    pub fn samples(&self, pixel: [u32; 2], r: usize, pass: u32) -> Range<u32> {
+        let i = pixel[1] as usize * self.width as usize + pixel[0] as usize;
+        let (from, to) = (self.up_to(i, r, pass), self.up_to(i, r, pass + 1));
+        self.taken[i] + from..self.taken[i] + to
+    }
+
+    /// What each of the pixel's samples weighs in this round: M/n.
+    #[inline]
+    pub fn weight(&self, pixel: [u32; 2]) -> f32 {
+        let i = pixel[1] as usize * self.width as usize + pixel[0] as usize;
+        self.passes as f32 / self.counts[i] as f32
+    }
+
+    /// Samples of a replicate that a pixel has taken in this round before a pass: n samples, spread over M passes as evenly as can be. Replicates and
+    /// pixels begin at places of their own, so that no pass is crowded.
+    #[inline]
+    fn up_to(&self, i: usize, r: usize, pass: u32) -> u32 {
+        let m = u64::from(self.passes);
+        let done = u64::from(pass.saturating_sub(self.before)).min(m);
+        let begins = mix(i as u64).wrapping_add(r as u64 * m / Replicates::K as u64) & (m - 1);
+        ((u64::from(self.counts[i]) * done + begins) >> m.trailing_zeros()) as u32
+    }
+
+    /// Samples per pixel after `passes` passes over all replicates, rows from the top.
+    pub fn taken(&self, passes: u32) -> Vec<u32> {
+        let k = Replicates::K as u32;
+        let of = |i: usize| {
+            let round = (0..Replicates::K).map(|r| self.up_to(i, r, passes / k + u32::from((r as u32) < passes % k)));
+            self.taken[i] * k + round.sum::<u32>()
+        };
+        (0..self.counts.len()).map(of).collect()
+    }
+
+    /// Goes on to the next round, as long as all before it together: `replicates` are what those have found.
+    pub fn advance(&mut self, replicates: &Replicates) {
+        let m = self.passes as f32;
+        for ((taken, spread), n) in self.taken.iter_mut().zip(&mut self.spread).zip(&self.counts) {
+            *taken = taken.saturating_add(*n);
+            *spread += m * m / *n as f32;
+        }
+        self.before += self.passes;
+        self.passes = self.before;
+        let wishes: Vec<f64> = self.variances(replicates).into_iter().map(f64::sqrt).collect();
+        let m = f64::from(self.passes);
+        if wishes.iter().all(|wish| *wish <= 0.0) {
+            self.allot(|_| m);
+            return;
+        }
+        let scale = scale(&wishes, m);
+        self.allot(|i| clamped(scale * wishes[i], m));
+    }
+
+    /// Gives each pixel as many samples as it wants, at least 1, rounded at random so that parts of samples are not lost.
+    fn allot(&mut self, wants: impl Fn(usize) -> f64) {
+        for (i, n) in self.counts.iter_mut().enumerate() {
+            let u = (mix(mix(i as u64) ^ u64::from(self.before)) >> 32) as f64 / 4_294_967_296.0;
+            *n = (wants(i) + u).floor() as u32;
+        }
+    }
+
+    /// v of each pixel.
+    fn variances(&self, replicates: &Replicates) -> Vec<f64> {
+        let mut known = vec![[0.0f64; 3]; self.counts.len()]; // v, v², 1
+        let total = f64::from(self.before);
+        for (i, ratio) in replicates.variances(self.before) {
+            let v = ratio * total * total / f64::from(self.spread[i]);
+            known[i] = [v, v * v, 1.0];
+        }
+        let mut blend = vec![0.0; known.len()];
+        for (level, reach) in REACHES.into_iter().enumerate() {
+            for (v, [sum, squares, count]) in blend.iter_mut().zip(window(&known, self.width as usize, reach)) {
+                if sum > 0.0 {
+                    let rests_on = sum * sum / squares;
+                    let t = if level == 0 { 1.0 } else { rests_on / (rests_on + ENOUGH) };
+                    *v += t * (sum / count - *v);
+                }
+            }
+        }
+        blend
+    }
+}
+
+/// Sums over the square windows of 2·reach + 1 pixels around each pixel, cut off at the border.
+fn window(values: &[[f64; 3]], width: usize, reach: usize) -> Vec<[f64; 3]> {
+    let height = values.len() / width.max(1);
+    let sum = |over: &mut dyn Iterator<Item = [f64; 3]>| over.fold([0.0; 3], |s, x| [s[0] + x[0], s[1] + x[1], s[2] + x[2]]);
+    let near = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
+    let all = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let rows: Vec<_> = all().map(|(x, y)| sum(&mut near(x, width).map(|x| values[y * width + x]))).collect();
+    all().map(|(x, y)| sum(&mut near(y, height).map(|y| rows[y * width + x]))).collect()
+}
+
+/// What a wish becomes: a number of samples within bounds.
+fn clamped(wish: f64, m: f64) -> f64 {
+    wish.clamp((RANGE[0] * m).max(1.0), (RANGE[1] * m).max(1.0))
+}
+
+/// The factor that makes wishes M samples on average, or as many as the bounds allow.
+fn scale(wishes: &[f64], m: f64) -> f64 {
+    let mean = |factor: f64| wishes.iter().map(|w| clamped(factor * w, m)).sum::<f64>() / wishes.len().max(1) as f64;
+    // With this factor even the least of them wishes for more than it may have.
+    let least = wishes.iter().copied().filter(|w| *w > 0.0).fold(f64::INFINITY, f64::min);
+    let (mut low, mut high) = (0.0, RANGE[1] * m / least);
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        if mean(middle) < m { low = middle } else { high = middle }
+    }
+    low
+}
