@@ -31,14 +31,8 @@ fn main() {
         for seed in 0..u64::from(rounds) {
             for (spread, runs) in [Spread::Uniform, Spread::Adaptive].into_iter().zip(&mut runs) {
                 let stop = Some(Stop::Noise { percent: 1e-9, limit: samples });
-                let options = RenderOptions {
-                    stop,
-                    spread: Some(spread),
-                    seed: Some(seed),
-                    sequence: std::env::var("SEQ").ok().map(|_| etendue_numerics::SequenceKind::Independent),
-                    threads: Some(1),
-                    ..RenderOptions::default()
-                };
+                let options =
+                    RenderOptions { stop, spread: Some(spread), seed: Some(seed), threads: Some(1), ..RenderOptions::default() };
                 runs.add(&loaded, &options);
             }
         }

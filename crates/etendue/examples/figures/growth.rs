@@ -119,7 +119,7 @@ fn emitters(folder: &Path) -> Drawn {
     plot(&folder.join("growth-emitters.svg"), "lamps", "time, in that of one lamp", &curves)
 }
 
-/// A closed hall with two blocks and a ball.
+/// A closed hall with two blocks and a ball; the lamps are above the picture, so that the noise is that of the light which they give.
 fn hall(lamps: &str) -> String {
     let block = |x: f32, z: f32| {
         format!(
@@ -129,12 +129,12 @@ fn hall(lamps: &str) -> String {
     };
     format!(
         r#"<scene version="3.0.0"><integrator type="path"><integer name="max_depth" value="6"/></integrator>
-        <sensor type="perspective"><float name="fov" value="60"/>
-            <transform name="to_world"><lookat origin="0, 2, 5.5" target="0, 0.8, 0" up="0, 1, 0"/></transform>
+        <sensor type="perspective"><float name="fov" value="50"/>
+            <transform name="to_world"><lookat origin="0, 2.5, 5.5" target="0, 0, 1.5" up="0, 1, 0"/></transform>
             <film type="hdrfilm"><rfilter type="box"/></film></sensor>
         <shape type="cube"><boolean name="flip_normals" value="true"/>
             <transform name="to_world"><scale x="6" y="2" z="6"/><translate y="2"/></transform><bsdf type="diffuse"/></shape>
-        <shape type="sphere"><point name="center" x="1.2" y="0.7" z="0.6"/><float name="radius" value="0.7"/><bsdf type="plastic"/></shape>
+        <shape type="sphere"><point name="center" x="1.2" y="0.7" z="0.6"/><float name="radius" value="0.7"/><bsdf type="diffuse"/></shape>
         {}{}
         <shape type="ply"><string name="filename" value="{lamps}"/><bsdf type="diffuse"/>
             <emitter type="area"><rgb name="radiance" value="40"/></emitter></shape></scene>"#,
