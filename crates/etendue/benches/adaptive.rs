@@ -31,8 +31,16 @@ fn main() {
         for seed in 0..u64::from(rounds) {
             for (spread, runs) in [Spread::Uniform, Spread::Adaptive].into_iter().zip(&mut runs) {
                 let stop = Some(Stop::Noise { percent: 1e-9, limit: samples });
-                let options =
-                    RenderOptions { stop, spread: Some(spread), seed: Some(seed), threads: Some(1), ..RenderOptions::default() };
+                let options = RenderOptions {
+                    stop,
+                    spread: Some(spread),
+                    // Walks that share what neighbours find do so where all take as many samples: these here are alone.
+                    solver: Some("path-mis".to_owned()),
+                    parameters: vec![("block".to_owned(), "1".to_owned())],
+                    seed: Some(seed),
+                    threads: Some(1),
+                    ..RenderOptions::default()
+                };
                 runs.add(&loaded, &options);
             }
         }

@@ -48,7 +48,6 @@ fn a_stop_that_follows_the_noise_hardly_moves_the_mean() {
     }
     assert!((30..120).contains(&early), "{early} of 150 stopped early: there is a choice");
     let verdict = t_test(&means, 1.0).verdict(ALPHA, 0.01);
-    println!("{early} early, mean {} ± {}", means.mean, means.standard_error());
     assert!(verdict.passes(), "{verdict}");
 }
 
