@@ -15,7 +15,7 @@ use glam::{DVec3, Vec3};
 use std::collections::BTreeMap;
 
 /// Triangles beyond this number are not made.
-const MOST: usize = 1 << 25;
+const MOST: usize = 1 << 22;
 
 pub(super) fn subdivided(reader: &mut Reader, list: &mut List) -> Option<Geometry> {
     let levels = list.integer(&mut reader.diagnostics, "levels", 3, 0..=12);
