@@ -66,7 +66,7 @@ struct Effort {
 
 /// A glance, and then in earnest.
 const EFFORTS: [Effort; 2] = [
-    Effort { photon: 64, photons: 1 << 17, trial: 256, gain: 0.3 },
+    Effort { photon: 64, photons: 1 << 17, trial: 256, gain: 0.5 },
     Effort { photon: 8, photons: usize::MAX, trial: 128, gain: 1.0 },
 ];
 /// Rays for a photon at most, where few arrive.
