@@ -5,11 +5,11 @@
 //! L = Σ_k β_k [ w_b Le(x_k) + w_l f cosθ Le(y) V / p_l ],    w_b = h(p_b, p_l),  w_l = h(p_l, p_b),  h(p, q) = p²/(p² + q²)
 //! ```
 //!
-//! Walks of neighbouring pixels share what they find beyond their first vertex: see `neighbours`.
+//! Walks of neighbouring pixels may share what they find beyond their first vertices: see `neighbours`.
 //!
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
-//! | `block` | edge of the blocks of pixels that share, 1, 2 or 4; 1 leaves each walk alone | 4 |
+//! | `block` | edge of the blocks of pixels that share, 1, 2 or 4; 1 leaves each walk alone | 1 |
 
 use crate::lanes;
 use crate::neighbours;
@@ -32,7 +32,7 @@ pub struct PathMis {
 
 impl Default for PathMis {
     fn default() -> Self {
-        Self { heuristic: Heuristic::default(), block: 2 }
+        Self::alone(Heuristic::default())
     }
 }
 

@@ -37,6 +37,8 @@ fn walks_from_the_eye_agree() {
     let mut family = Family::default();
     checks::agreement(&mut family, "path-nee", &scene, &replicates(&scene, &PathNee, samples(64).seed(2)), &reference, 0.35);
     checks::agreement(&mut family, "path", &scene, &replicates(&scene, &Path, samples(512).seed(3)), &reference, 0.35);
+    let sharing = PathMis { block: 2, ..PathMis::default() };
+    checks::agreement(&mut family, "sharing", &scene, &replicates(&scene, &sharing, samples(64).seed(4)), &reference, 0.35);
     family.must_hold();
     assert!(Bidirectional::default().needs().check(&scene).is_err() && PathMis::default().needs().check(&scene).is_ok());
 }

@@ -8,6 +8,7 @@ use etendue_accel::Hit;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
+use etendue_scene::emitter::Model;
 use etendue_scene::{Interaction, SurfaceId};
 
 /// κ: how many walks of a block are followed. By measurement: more cost time, fewer bring noise.
@@ -107,7 +108,9 @@ impl<'a> Neighbours<'a> {
         u: impl Fn() -> f32,
     ) -> bool {
         let le = c.scene.le_escaped(&walk.ray, &walk.wl);
-        if le.is_zero() || !c.rules.counts(walk.edges) {
+        // Through a portal the same direction shows light from one place and none from another.
+        let portal = || c.scene.emitters.iter().any(|e| matches!(e.model, Model::Portal(_)));
+        if le.is_zero() || !c.rules.counts(walk.edges) || portal() {
             return false;
         }
         let d = walk.ray.d;
