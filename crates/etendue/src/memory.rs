@@ -31,6 +31,19 @@ impl Need {
     /// Bytes per pixel of a checkpoint: a copy of the sums, and its encoding, whose numbers take 13 bytes each after a thousand samples.
     const CHECKPOINT: u64 = Self::SUMS + 4 * 13;
 
+    /// Of a picture and nothing besides.
+    pub const fn least(size: [u32; 2]) -> Self {
+        Self {
+            size,
+            stop: Stop::Samples(1),
+            spread: Spread::Uniform,
+            layer_bytes: 0,
+            solver_bytes: 0,
+            checkpoints: false,
+            resumes: false,
+        }
+    }
+
     /// The most bytes that are held at one time.
     pub fn bytes(&self) -> u64 {
         let pixels = u64::from(self.size[0]) * u64::from(self.size[1]);
@@ -117,15 +130,7 @@ mod tests {
     /// What a solver keeps of a pass counts: a picture of one pixel is refused for it, in words that name it.
     #[test]
     fn solvers_need_memory_too() {
-        let pixel = Need {
-            size: [1, 1],
-            stop: Stop::Samples(1),
-            spread: Spread::Uniform,
-            layer_bytes: 0,
-            solver_bytes: 0,
-            checkpoints: false,
-            resumes: false,
-        };
+        let pixel = Need::least([1, 1]);
         assert!(pixel.check().is_ok());
         let greedy = Need { solver_bytes: 1 << 60, ..pixel };
         assert!(greedy.bytes() >= 1 << 60);

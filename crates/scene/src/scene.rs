@@ -1,6 +1,6 @@
 //! The scene, and the questions that solvers ask of it.
 
-use crate::emitter::{Emitter, LightReference, LightSample, Lights};
+use crate::emitter::{Emitter, LightReference, LightSample, Lights, Model};
 use crate::ids::{EmitterId, MaterialId, NO_INSTANCE, SurfaceId};
 use crate::interaction::Interaction;
 use crate::material::Material;
@@ -61,6 +61,11 @@ impl Scene {
             emitter.lit = lit(EmitterId(i as u32));
         }
         self.lights = Lights::new(self);
+    }
+
+    /// Whether some surroundings are seen through a portal: what shines from a direction then depends on the place.
+    pub fn has_portals(&self) -> bool {
+        self.emitters.iter().any(|e| matches!(e.model, Model::Portal(_)))
     }
 
     /// What the lanes of a walk stand for; `u` is asked for its number where they are wavelengths.

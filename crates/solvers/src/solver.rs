@@ -18,7 +18,6 @@ use crate::radiosity::Radiosity;
 use crate::run::Run;
 use crate::transport::sees_mirrors;
 use crate::whitted::Whitted;
-use etendue_scene::emitter::Model;
 use etendue_scene::{Integrator, Material, Scene};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -139,7 +138,7 @@ impl Needs {
             let reason = "hair takes in light that crosses it along walks from the eye alone: of walks from the lights much would be missing";
             return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
         }
-        if self.both_ways && scene.emitters.iter().any(|e| matches!(e.model, Model::Portal(_))) {
+        if self.both_ways && scene.has_portals() {
             let reason = "light through a portal is known from where it is seen: walks from the lights cannot find it";
             return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
         }

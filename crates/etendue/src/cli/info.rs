@@ -3,8 +3,8 @@
 use super::scene::{SceneArguments, SizeArguments, scene};
 use super::{Done, output};
 use clap::Args;
+use etendue::memory;
 use etendue::render::filter_words;
-use etendue::{Spread, Stop, memory};
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
@@ -40,16 +40,7 @@ pub fn run(arguments: &InfoArguments) -> Done {
                 filter_words(&film.filter)
             ),
         );
-        let need = memory::Need {
-            size: film.crop_size,
-            stop: Stop::Samples(1),
-            spread: Spread::Uniform,
-            layer_bytes: 0,
-            solver_bytes: 0,
-            checkpoints: false,
-            resumes: false,
-        };
-        row("film", format!("{} while rendering", memory::human(need.bytes())));
+        row("film", format!("{} while rendering", memory::human(memory::Need::least(film.crop_size).bytes())));
     }
     let depth = scene.integrator.max_depth.map_or("unbounded".to_owned(), |d| d.to_string());
     row("solver", format!("{}, max depth {depth}", scene.integrator.solver));

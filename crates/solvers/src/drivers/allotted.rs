@@ -4,11 +4,11 @@
 //! shares where all of it takes the same number of samples.
 
 use super::Work;
-use super::pixels::{CROWD, PixelSolver, SamplePlan, Tiling, eye_walk_at, lens, place};
+use super::pixels::{CROWD, PixelSolver, SamplePlan, Tiling, set_out};
 use crate::run::Run;
-use crate::transport::{Context, Crowd, slot};
+use crate::transport::{Context, Crowd};
 use etendue_film::{Allocation, Tile};
-use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, wide};
+use etendue_numerics::{Sampler, Spectrum};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::PoisonError;
@@ -63,36 +63,23 @@ impl<S: PixelSolver> Pass<'_, S> {
     }
 
     fn fill<'c>(&'c self, tiles: &Range<usize>, crowd: &mut Crowd<'c>, tile: &mut Tile) {
-        let (view, work) = (&self.context.scene.views[self.run.view], self.work);
+        let work = self.work;
         let todo = || tiles.clone().filter(|index| !work.units.is_done(*index));
         let of_pixel = |pixel: [u32; 2]| self.samples(pixel).map(move |sample| (pixel, sample));
         let samples: Vec<_> = todo().flat_map(|index| self.tiling.pixels(index)).flat_map(of_pixel).collect();
         let mut seen = Vec::with_capacity(samples.len());
         let mut rays = 0;
-        let [left, top] = view.film.crop_offset;
-        let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
+        let [left, top] = self.context.scene.views[self.run.view].film.crop_offset;
         // Where a tile is allotted many.
         let crowds = samples.len().div_ceil(2 * CROWD).max(1);
         for crowded in samples.chunks(samples.len().div_ceil(crowds).max(1)) {
             crowd.clear();
             let first = seen.len();
-            for some in crowded.chunks(within_x.len()) {
-                let sampler = |([x, y], sample): &([u32; 2], u32)| {
-                    Sampler::on_screen(self.run.sequence, self.plan.seed, [x + left, y + top], *sample, self.plan.count)
-                };
-                let samplers: Vec<_> = some.iter().map(sampler).collect();
-                Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
-                Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
-                if self.context.scene.spectral {
-                    Sampler::u1_each(&samplers, Dim::at(0, slot::WAVELENGTHS), hue);
-                }
-                for (i, (([x, y], _), u)) in some.iter().zip(samplers).enumerate() {
-                    let (position, on_film) = place(&view.film, [x + left, y + top], Vec2::new(within_x[i], within_y[i]));
-                    seen.push((position, Spectrum::ZERO));
-                    let wl = self.context.scene.wavelengths(|| hue[i]);
-                    crowd.push(eye_walk_at(&self.context, self.run.view, on_film, lens(&view.sensor, &u), time[i], wl), u);
-                }
-            }
+            let walk = |([x, y], sample): &([u32; 2], u32)| {
+                let pixel = [x + left, y + top];
+                (pixel, Sampler::on_screen(self.run.sequence, self.plan.seed, pixel, *sample, self.plan.count))
+            };
+            set_out(&self.context, self.run.view, crowded, walk, crowd, |_, position| seen.push((position, Spectrum::ZERO)));
             self.solver.radiances(&self.context, crowd, &mut rays);
             seen[first..].iter_mut().zip(crowd.collected()).for_each(|((_, l), collected)| *l = collected);
         }

@@ -8,7 +8,7 @@ use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, t
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
 use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths, wide};
-use etendue_scene::{FilmSettings, Scene, Sensor, SurfaceId};
+use etendue_scene::{FilmSettings, Scene, Sensor, SurfaceId, View};
 use std::ops::Range;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -237,24 +237,16 @@ fn fill<'a>(
     let mut positions = Vec::with_capacity(pixels.len());
     let mut ends = ends.iter().peekable();
     crowd.clear();
-    let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
-    for some in pixels.chunks(within_x.len()) {
-        let samplers: Vec<_> = some.iter().map(|pixel| plan.together(edge, *pixel)).map(|[x, y]| plan.sampler(run, x, y)).collect();
-        Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
-        Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
-        if c.scene.spectral {
-            Sampler::u1_each(&samplers, Dim::at(0, slot::WAVELENGTHS), hue);
+    let walk = |pixel: &[u32; 2]| {
+        let [x, y] = plan.together(edge, *pixel);
+        (*pixel, plan.sampler(run, x, y))
+    };
+    set_out(c, run.view, &pixels, walk, crowd, |crowd, position| {
+        positions.push(position);
+        if ends.next_if_eq(&&positions.len()).is_some() {
+            crowd.end_block();
         }
-        for (i, (pixel, u)) in some.iter().zip(samplers).enumerate() {
-            let (position, on_film) = place(&view.film, *pixel, Vec2::new(within_x[i], within_y[i]));
-            positions.push(position);
-            let wl = c.scene.wavelengths(|| hue[i]);
-            crowd.push(eye_walk_at(c, run.view, on_film, lens(&view.sensor, &u), time[i], wl), u);
-            if ends.next_if_eq(&&positions.len()).is_some() {
-                crowd.end_block();
-            }
-        }
-    }
+    });
     let mut rays = 0;
     solver.radiances(c, crowd, &mut rays);
 
@@ -280,6 +272,34 @@ fn fill<'a>(
     }
     work.progress.rays.fetch_add(rays, Ordering::Relaxed);
     work.progress.paths.fetch_add(order.len() as u64, Ordering::Relaxed);
+}
+
+/// Adds a walk about to leave the eye for each of `places`; `walk` says through which pixel of the whole film, and with which numbers. `added` hears of each in turn,
+/// with its position in the picture. The first numbers are drawn for many together.
+pub(super) fn set_out<'a, T>(
+    c: &Context<'a>,
+    view: usize,
+    places: &[T],
+    walk: impl Fn(&T) -> ([u32; 2], Sampler),
+    crowd: &mut Crowd<'a>,
+    mut added: impl FnMut(&mut Crowd<'a>, Vec2),
+) {
+    let View { film, sensor, .. } = &c.scene.views[view];
+    let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
+    for some in places.chunks(within_x.len()) {
+        let (pixels, samplers): (Vec<_>, Vec<_>) = some.iter().map(&walk).unzip();
+        Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
+        Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
+        if c.scene.spectral {
+            Sampler::u1_each(&samplers, Dim::at(0, slot::WAVELENGTHS), hue);
+        }
+        for (i, (pixel, u)) in pixels.into_iter().zip(samplers).enumerate() {
+            let (position, on_film) = place(film, pixel, Vec2::new(within_x[i], within_y[i]));
+            let wl = c.scene.wavelengths(|| hue[i]);
+            crowd.push(eye_walk_at(c, view, on_film, lens(sensor, &u), time[i], wl), u);
+            added(crowd, position);
+        }
+    }
 }
 
 /// The pixels of some tiles, those beyond them that belong to their blocks included. Four blocks are mingled in a square of twice their edge
@@ -338,7 +358,7 @@ pub(crate) fn camera_ray(c: &Context<'_>, run: &Run<'_>, film: &FilmSettings, [x
 
 /// A place `within` a pixel of the full film: in the picture, and on the film.
 #[inline]
-pub(super) fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
+fn place(film: &FilmSettings, [x, y]: [u32; 2], within: Vec2) -> (Vec2, Vec2) {
     // Far from zero the sum may round up to the next pixel: this one would go without, and stay black with a single sample.
     let below = |n: u32| (n as f32 + 1.0).next_down();
     let [column, row] = [x.wrapping_sub(film.crop_offset[0]), y.wrapping_sub(film.crop_offset[1])];
@@ -357,13 +377,13 @@ pub(crate) fn eye_walk(c: &Context<'_>, view: usize, on_film: Vec2, u: &impl Num
 
 /// The numbers that pick a point on the lens; not drawn where there is none.
 #[inline]
-pub(super) fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
+fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
     if sensor.has_lens() { u.u2(Dim::at(0, slot::LENS)) } else { Vec2::ZERO }
 }
 
 /// [`eye_walk`] through a point of the lens, at a time, with its wavelengths.
 #[inline]
-pub(super) fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
+fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
     let ray = c.scene.views[view].sensor.sample_ray(on_film, lens, time);
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
     PathState::start(seen, wl.grey(ray.weight), wl)

@@ -8,7 +8,6 @@ use etendue_accel::Hit;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
-use etendue_scene::emitter::Model;
 use etendue_scene::{Interaction, SurfaceId};
 
 /// κ: how many walks of a block are followed. By measurement: more cost time, fewer bring noise.
@@ -33,6 +32,8 @@ pub(crate) fn meet<'a>(heuristic: Heuristic, c: &Context<'a>, crowd: &mut Crowd<
     }
     all.find_of.clear();
     all.find_of.resize(crowd.walks.len(), None);
+    // Through a portal the same direction shows light from one place and none from another.
+    let portals = c.scene.has_portals();
     let mut ended = vec![false; crowd.going.len()];
     let mut begin = 0;
     for end in &crowd.blocks {
@@ -51,7 +52,7 @@ pub(crate) fn meet<'a>(heuristic: Heuristic, c: &Context<'a>, crowd: &mut Crowd<
             let u = || u.u1(Dim::at(2, slot::SHARED));
             ended[k] = match &crowd.hits[k] {
                 Some(hit) => all.surface(c, block, i, walk, hit, u),
-                None => all.sky(heuristic, c, block, i, walk, u),
+                None => !portals && all.sky(heuristic, c, block, i, walk, u),
             };
         }
     }
@@ -108,9 +109,7 @@ impl<'a> Neighbours<'a> {
         u: impl Fn() -> f32,
     ) -> bool {
         let le = c.scene.le_escaped(&walk.ray, &walk.wl);
-        // Through a portal the same direction shows light from one place and none from another.
-        let portal = || c.scene.emitters.iter().any(|e| matches!(e.model, Model::Portal(_)));
-        if le.is_zero() || !c.rules.counts(walk.edges) || portal() {
+        if le.is_zero() || !c.rules.counts(walk.edges) {
             return false;
         }
         let d = walk.ray.d;
