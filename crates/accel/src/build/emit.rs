@@ -2,7 +2,7 @@
 
 use crate::build::binary::BinaryNode;
 use crate::build::collapse::decision;
-use crate::build::reference::{Items, Reference};
+use crate::build::reference::Items;
 use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
 use rayon::prelude::*;
 
@@ -15,7 +15,8 @@ struct Children {
 
 struct Emitter<'a> {
     binary: &'a [BinaryNode],
-    references: &'a [Reference],
+    /// What the binary tree's leaves hold.
+    held: &'a [u32],
     triangles: u32,
     nodes: Vec<Node>,
     items: Vec<u32>,
@@ -24,14 +25,14 @@ struct Emitter<'a> {
 }
 
 /// The tree of a binary tree that is not empty.
-pub(crate) fn emit(binary: &[BinaryNode], references: &[Reference], items: &Items) -> Tree {
+pub(crate) fn emit(binary: &[BinaryNode], held: &[u32], items: &Items) -> Tree {
     let mut emitter = Emitter {
         binary,
-        references,
+        held,
         triangles: items.triangles(),
-        nodes: Vec::with_capacity(references.len() / 12 + 1),
-        items: Vec::with_capacity(references.len()),
-        leaves: Vec::with_capacity(references.len() / 4 + 1),
+        nodes: Vec::with_capacity(held.len() / 12 + 1),
+        items: Vec::with_capacity(held.len()),
+        leaves: Vec::with_capacity(held.len() / 4 + 1),
     };
     let root = emitter.child(0);
     emitter.leaves.push(emitter.items.len() as u32);
@@ -45,8 +46,8 @@ impl Emitter<'_> {
     /// Writes subtree `n` as one child.
     fn child(&mut self, n: u32) -> Child {
         let node = &self.binary[n as usize];
-        if let Some(places) = node.references() {
-            let item = self.references[places.start].item();
+        if let Some(places) = node.items() {
+            let item = self.held[places.start];
             return if item < self.triangles { self.leaf(n) } else { Child::other((item - self.triangles) as usize) };
         }
         if decision(node.decisions, 1) == 0 {
@@ -75,7 +76,7 @@ impl Emitter<'_> {
     /// The subtrees that stand for `n` where it has `slots` places.
     fn gather(&self, n: u32, slots: usize, children: &mut Children) {
         let node = &self.binary[n as usize];
-        if slots == 1 || node.references().is_some() {
+        if slots == 1 || node.items().is_some() {
             children.list[children.count] = n;
             children.count += 1;
             return;
@@ -108,8 +109,8 @@ impl Emitter<'_> {
 
     fn collect(&mut self, n: u32) {
         let node = self.binary[n as usize];
-        match node.references() {
-            Some(places) => self.items.extend(self.references[places].iter().map(Reference::item)),
+        match node.items() {
+            Some(places) => self.items.extend_from_slice(&self.held[places]),
             None => {
                 self.collect(n + 1);
                 self.collect(node.link);
@@ -121,6 +122,9 @@ impl Emitter<'_> {
 /// The corners of all leaves, rows of each leaf's own length.
 fn corners(items: &[u32], leaves: &[u32], source: &Items) -> Vec<f32> {
     const LEAVES: usize = 1 << 10;
+    // so far ahead memory is asked for
+    const FAR: usize = 48;
+    const NEAR: usize = 24;
     let mut corners = vec![0.0_f32; items.len() * ROWS + if items.is_empty() { 0 } else { WIDTH }];
     // cut the array at leaf boundaries, a task for each piece
     let mut tasks = Vec::with_capacity(leaves.len() / LEAVES + 1);
@@ -137,6 +141,9 @@ fn corners(items: &[u32], leaves: &[u32], source: &Items) -> Vec<f32> {
             let run = &items[pair[0] as usize..pair[1] as usize];
             let (rows, tail) = std::mem::take(&mut piece).split_at_mut(run.len() * ROWS);
             piece = tail;
+            let ahead = |n: usize| (pair[0] as usize + n..pair[1] as usize + n).filter_map(|i| items.get(i));
+            ahead(FAR).for_each(|&item| source.fetch_indices(item));
+            ahead(NEAR).for_each(|&item| source.fetch_corners(item));
             for (lane, &item) in run.iter().enumerate() {
                 // references were only made of triangles that have corners
                 for (v, p) in source.corners(item).into_iter().flatten().enumerate() {

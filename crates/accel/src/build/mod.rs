@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! references → binary tree (object and spatial splits) → the cheapest 8-wide tree → nodes and leaves in memory
-//!  reference      binary, split, spatial                  collapse                    emit
+//!  reference      binary, split, sweep, spatial           collapse                    emit
 //! ```
 
 pub(crate) mod binary;
@@ -11,6 +11,7 @@ mod emit;
 pub(crate) mod reference;
 mod spatial;
 mod split;
+mod sweep;
 #[cfg(test)]
 mod tests;
 
@@ -112,6 +113,7 @@ fn tree(
     }
     // zeros straight from the system: what stays unused is never touched
     let mut nodes: Vec<BinaryNode> = bytemuck::zeroed_vec(2 * references.len() - 1);
+    let mut held: Vec<u32> = bytemuck::zeroed_vec(references.len());
     let extent = split::Extent::of(&references[..count]);
     let context = Context {
         items,
@@ -122,10 +124,11 @@ fn tree(
         total: count,
         progress,
     };
-    let costs = binary::build(&mut references, count, &mut nodes, extent, 0, &context);
+    let costs = binary::build(&mut references, count, &mut nodes, &mut held, extent, 0, &context);
+    drop(references);
     let bounds = instance::bounds((nodes[0].lo, nodes[0].hi));
     let cost = if nodes[0].half_area() > 0.0 { costs.cost[0] / nodes[0].half_area() } else { 0.0 };
-    (emit::emit(&nodes, &references, items), bounds, cost)
+    (emit::emit(&nodes, &held, items), bounds, cost)
 }
 
 impl<'a> Builder<'a> {

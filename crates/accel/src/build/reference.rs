@@ -5,7 +5,8 @@
 
 use crate::build::TriangleMesh;
 use bytemuck::Zeroable;
-use glam::{BVec4A, DVec3, Vec3, Vec4};
+use etendue_numerics::wide::fetch;
+use glam::{BVec4A, DVec3, Mat4, Vec3, Vec4};
 
 /// A box and an item number, 32 bytes. The number rides in the unused fourth lane of `lo`.
 #[derive(Clone, Copy, Debug, Zeroable)]
@@ -33,7 +34,7 @@ impl Reference {
     }
 
     /// Twice the box's centre.
-    #[inline]
+    #[inline(always)]
     pub fn centroid2(&self) -> Vec4 {
         self.lo + self.hi
     }
@@ -44,7 +45,7 @@ impl Reference {
         Self { lo: b.lo.with_w(self.lo.w), hi: b.hi.with_w(0.0) }
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn bounds(&self) -> Box4 {
         Box4 { lo: self.lo, hi: self.hi }
     }
@@ -60,7 +61,7 @@ pub(crate) struct Box4 {
 impl Box4 {
     pub const EMPTY: Self = Self { lo: Vec4::INFINITY, hi: Vec4::NEG_INFINITY };
 
-    #[inline]
+    #[inline(always)]
     pub fn union(self, other: Self) -> Self {
         Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
@@ -75,12 +76,40 @@ impl Box4 {
         Self { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) }
     }
 
+    /// Whether the box holds a point.
+    pub fn is_sound(&self) -> bool {
+        let d = self.hi - self.lo;
+        d.x >= 0.0 && d.y >= 0.0 && d.z >= 0.0
+    }
+
+    /// Half the surface, 0 where the box is empty along any axis.
+    pub fn half_area_if_not_empty(&self) -> f32 {
+        if self.is_sound() { self.half_area() } else { 0.0 }
+    }
+
     /// xy + yz + zx, half the surface; 0 for an empty box.
     #[inline]
     pub fn half_area(&self) -> f32 {
         let d = (self.hi - self.lo).max(Vec4::ZERO);
         d.x * (d.y + d.z) + d.y * d.z
     }
+}
+
+/// Three boxes' half surfaces; infinite where a box is empty.
+#[inline(always)]
+pub(crate) fn half_areas(boxes: &[Box4; 3]) -> Vec4 {
+    let (a, b, c) = (boxes[0].hi - boxes[0].lo, boxes[1].hi - boxes[1].lo, boxes[2].hi - boxes[2].lo);
+    let Mat4 { x_axis: x, y_axis: y, z_axis: z, .. } = Mat4::from_cols(a, b, c, Vec4::ZERO).transpose();
+    x * (y + z) + y * z
+}
+
+/// Which of three axes has the least, the first of equals. No branch: which one it is cannot be guessed.
+#[inline(always)]
+pub(crate) fn least(x: Vec4) -> usize {
+    let is_less = |a: f32, b: f32| usize::from(a < b);
+    let second = is_less(x.y, x.x);
+    let third = is_less(x.z, if x.y < x.x { x.y } else { x.x });
+    second * (1 - third) + 2 * third
 }
 
 /// All items of one tree, by flat number.
@@ -98,6 +127,29 @@ impl Items<'_> {
     #[inline]
     pub fn corners4(&self, item: u32) -> Option<[Vec4; 3]> {
         self.corners(item).map(|c| c.map(|p| p.extend(0.0)))
+    }
+
+    /// Asks for the memory that [`Items::fetch_corners`] looks at.
+    #[inline]
+    pub fn fetch_indices(&self, item: u32) {
+        if let Some((mesh, primitive)) = self.owners.locate(item)
+            && let Some(index) = self.meshes[mesh as usize].indices.get(primitive as usize)
+        {
+            fetch(index);
+        }
+    }
+
+    /// Asks for the memory that [`Items::corners`] looks at.
+    #[inline]
+    pub fn fetch_corners(&self, item: u32) {
+        if let Some((mesh, primitive)) = self.owners.locate(item) {
+            let mesh = &self.meshes[mesh as usize];
+            for &i in mesh.indices.get(primitive as usize).into_iter().flatten() {
+                if let Some(p) = mesh.positions.get(i as usize) {
+                    fetch(p);
+                }
+            }
+        }
     }
 
     /// The corners of triangle `item`; `None` for other items and where an index points nowhere.

@@ -6,9 +6,11 @@
 //! The search bins boxes, not triangles, and of many only some: it chooses as well and costs a fraction. Only the chosen plane cuts the triangles themselves.
 
 use crate::build::reference::{Box4, Items, Plane, Reference, cut};
-use crate::build::split::Extent;
-use glam::Vec4;
+use crate::build::split::{Extent, ROUND};
+use etendue_numerics::wide::{self, Job};
+use glam::{BVec4A, Vec4};
 use rayon::prelude::*;
+use std::ops::Range;
 
 const BINS: usize = 16;
 /// About so many references, taken evenly, choose the plane; what it costs is then counted of all.
@@ -32,15 +34,12 @@ impl SpatialSplit {
     }
 }
 
-#[derive(Clone, Copy)]
-struct Bin {
-    bounds: Box4,
-    enter: u32,
-    leave: u32,
+/// What lies in the bins along the three axes: boxes, and how many references begin and end there.
+struct Bins {
+    boxes: [[Box4; BINS]; 3],
+    enter: [[u32; BINS]; 3],
+    leave: [[u32; BINS]; 3],
 }
-
-type Bins = [[Bin; BINS]; 3];
-const NO_BINS: Bins = [[Bin { bounds: Box4::EMPTY, enter: 0, leave: 0 }; BINS]; 3];
 
 /// The planes between the bins, along all three axes.
 struct Grid {
@@ -49,7 +48,6 @@ struct Grid {
     step: Vec4,
     /// 1 / step, or 0.
     scale: Vec4,
-    planes: [[Plane; BINS]; 3],
 }
 
 impl Grid {
@@ -62,103 +60,154 @@ impl Grid {
                 (step[a], scale[a]) = (s, 1.0 / s);
             }
         }
-        let plane = |axis: usize, i: usize| Plane::new(axis, bounds.lo[axis] + step[axis] * i as f32);
-        let planes = std::array::from_fn(|axis| std::array::from_fn(|i| plane(axis, i)));
-        Self { lo: bounds.lo, step, scale, planes }
+        Self { lo: bounds.lo, step, scale }
     }
 
-    #[inline]
+    #[inline(always)]
     fn bins(&self, p: Vec4) -> [usize; 3] {
-        let x = ((p - self.lo) * self.scale).to_array();
-        [0, 1, 2].map(|a| (x[a] as i32).clamp(0, BINS as i32 - 1) as usize)
+        let x = ((p - self.lo) * self.scale - Vec4::splat(0.5)).clamp(Vec4::splat(-0.5), Vec4::splat(BINS as f32 - 1.0));
+        let x = x + Vec4::splat(ROUND);
+        [x.x, x.y, x.z].map(|x| x.to_bits() as usize & (BINS - 1))
+    }
+
+    /// The plane below bin i.
+    #[inline(always)]
+    fn plane(&self, axis: usize, i: usize) -> Plane {
+        Plane::new(axis, self.lo[axis] + self.step[axis] * i as f32)
     }
 }
 
-fn fill(references: &[Reference], items: &Items, grid: &Grid) -> Bins {
-    let mut bins = NO_BINS;
-    for r in references {
-        // what cannot be cut lies where its centre is
-        let is_triangle = r.item() < items.triangles();
-        let (first, last) = if is_triangle { (grid.bins(r.lo), grid.bins(r.hi)) } else { ([0; 3], grid.bins(0.5 * r.centroid2())) };
-        let first = if is_triangle { first } else { last };
-        for (axis, bins) in bins.iter_mut().enumerate() {
-            let (first, last) = (first[axis], last[axis]);
-            let mut rest = r.bounds();
-            for (bin, plane) in bins[first..last].iter_mut().zip(&grid.planes[axis][first + 1..]) {
-                bin.bounds = bin.bounds.union(Box4 { lo: rest.lo, hi: rest.hi.min(plane.below) });
-                rest.lo = rest.lo.max(plane.above);
+struct Fill<'a> {
+    references: &'a [Reference],
+    items: &'a Items<'a>,
+    grid: &'a Grid,
+}
+
+impl Job for Fill<'_> {
+    type Output = Bins;
+
+    #[inline(always)]
+    fn run(self) -> Bins {
+        let Self { references, items, grid } = self;
+        let mut bins = Bins { boxes: [[Box4::EMPTY; BINS]; 3], enter: [[0; BINS]; 3], leave: [[0; BINS]; 3] };
+        let triangles = items.triangles();
+        for r in references {
+            // what cannot be cut lies where its centre is
+            let center = 0.5 * r.centroid2();
+            let is_triangle = r.item() < triangles;
+            let (first, last) =
+                if is_triangle { (grid.bins(r.lo), grid.bins(r.hi)) } else { (grid.bins(center), grid.bins(center)) };
+            for axis in 0..3 {
+                let (first, last, boxes) = (first[axis], last[axis], &mut bins.boxes[axis]);
+                let mut rest = r.bounds();
+                for i in first..last {
+                    let plane = grid.plane(axis, i + 1);
+                    boxes[i] = boxes[i].union(Box4 { lo: rest.lo, hi: rest.hi.min(plane.below) });
+                    rest.lo = rest.lo.max(plane.above);
+                }
+                boxes[last] = boxes[last].union(rest);
+                bins.enter[axis][first] += 1;
+                bins.leave[axis][last] += 1;
             }
-            bins[last].bounds = bins[last].bounds.union(rest);
-            bins[first].enter += 1;
-            bins[last].leave += 1;
         }
+        bins
     }
-    bins
 }
 
-/// The cheapest cut at a plane between bins; `None` where no plane leaves something on both sides.
-pub(crate) fn spatial_split(references: &[Reference], items: &Items, bounds: &Box4) -> Option<SpatialSplit> {
+/// The cheapest cut at a plane between bins; `None` where it would cost more than `limit` or leave nothing on one side.
+pub(crate) fn spatial_split(references: &[Reference], items: &Items, bounds: &Box4, limit: f32) -> Option<SpatialSplit> {
     let step = references.len() / SAMPLE;
+    let is_cheap = |cut: &SpatialSplit| cut.cost < limit;
     if step < 2 {
-        return search(references, items, bounds);
+        return search(references, items, bounds).filter(is_cheap);
     }
-    let sample: Vec<Reference> = references.iter().step_by(step).copied().collect();
-    search(&sample, items, bounds).map(|found| SpatialSplit::at(found.plane, references, items))
+    let mut sample = [Reference::NONE; 2 * SAMPLE];
+    let mut count = 0;
+    for r in references.iter().step_by(step) {
+        sample[count] = *r;
+        count += 1;
+    }
+    // boxes around a sample are too small rather than too large
+    let scale = references.len() as f32 / count as f32;
+    search(&sample[..count], items, bounds)
+        .filter(|cut| cut.cost * scale < limit)
+        .map(|cut| SpatialSplit::at(cut.plane, references, items))
+        .filter(is_cheap)
 }
 
 fn search(references: &[Reference], items: &Items, bounds: &Box4) -> Option<SpatialSplit> {
     let grid = Grid::new(bounds);
-    let bins = fill(references, items, &grid);
-    let mut best: Option<SpatialSplit> = None;
-    for (axis, bins) in bins.iter().enumerate() {
-        if grid.step[axis] <= 0.0 {
-            continue;
-        }
-        let mut right = [(Box4::EMPTY, 0_u32); BINS];
+    let Bins { boxes, enter, leave } = wide::widest(Fill { references, items, grid: &grid });
+    let mut best: Option<(f32, usize, usize)> = None;
+    for axis in (0..3).filter(|&axis| grid.step[axis] > 0.0) {
+        let mut backs = [f32::INFINITY; BINS];
         let mut side = (Box4::EMPTY, 0);
         for i in (1..BINS).rev() {
-            side = (side.0.union(bins[i].bounds), side.1 + bins[i].leave);
-            right[i] = side;
+            side = (side.0.union(boxes[axis][i]), side.1 + leave[axis][i]);
+            if side.1 > 0 {
+                backs[i] = side.0.half_area() * side.1 as f32;
+            }
         }
         side = (Box4::EMPTY, 0);
-        for i in 1..BINS {
-            side = (side.0.union(bins[i - 1].bounds), side.1 + bins[i - 1].enter);
-            let (left, right) = (side, right[i]);
-            if left.1 == 0 || right.1 == 0 {
-                continue;
-            }
-            let cost = left.0.half_area() * left.1 as f32 + right.0.half_area() * right.1 as f32;
-            if cost < best.map_or(f32::INFINITY, |b| b.cost) {
-                best = Some(SpatialSplit { cost, plane: grid.planes[axis][i], left, right });
+        for (i, back) in backs.into_iter().enumerate().skip(1) {
+            side = (side.0.union(boxes[axis][i - 1]), side.1 + enter[axis][i - 1]);
+            let cost = side.0.half_area() * side.1 as f32 + back;
+            if side.1 > 0 && cost < best.map_or(f32::INFINITY, |b| b.0) {
+                best = Some((cost, axis, i));
             }
         }
     }
-    best
+    let (cost, axis, i) = best?;
+    let side = |range: Range<usize>, counts: &[u32; BINS]| {
+        let bounds = boxes[axis][range.clone()].iter().fold(Box4::EMPTY, |all, &b| all.union(b));
+        (bounds, counts[range].iter().sum())
+    };
+    let (left, right) = (side(0..i, &enter[axis]), side(i..BINS, &leave[axis]));
+    Some(SpatialSplit { cost, plane: grid.plane(axis, i), left, right })
 }
 
 /// What lies on the two sides of a plane: a box and a number each.
 type Sides = [(Box4, u32); 2];
 
+/// Counts what lies on both sides of a plane.
+struct Count<'a> {
+    references: &'a [Reference],
+    triangles: u32,
+    plane: &'a Plane,
+}
+
+impl Job for Count<'_> {
+    type Output = Sides;
+
+    #[inline(always)]
+    fn run(self) -> Sides {
+        let Self { references, triangles, plane } = self;
+        let part = |side: &mut (Box4, u32), is: bool, piece: Box4| {
+            let lane = BVec4A::splat(is);
+            side.0.lo = side.0.lo.min(Vec4::select(lane, piece.lo, Vec4::INFINITY));
+            side.0.hi = side.0.hi.max(Vec4::select(lane, piece.hi, Vec4::NEG_INFINITY));
+            side.1 += u32::from(is);
+        };
+        let [mut left, mut right] = [(Box4::EMPTY, 0); 2];
+        for r in references {
+            if r.item() < triangles {
+                let (lo, hi) = (r.lo[plane.axis], r.hi[plane.axis]);
+                part(&mut left, (lo < plane.at) | (hi <= plane.at), Box4 { lo: r.lo, hi: r.hi.min(plane.below) });
+                part(&mut right, hi > plane.at, Box4 { lo: r.lo.max(plane.above), hi: r.hi });
+            } else {
+                let below = 0.5 * r.centroid2()[plane.axis] < plane.at;
+                part(&mut left, below, r.bounds());
+                part(&mut right, !below, r.bounds());
+            }
+        }
+        [left, right]
+    }
+}
+
 impl SpatialSplit {
     /// The cut of all references at a plane.
     fn at(plane: Plane, references: &[Reference], items: &Items) -> Self {
-        let sides = |references: &[Reference]| {
-            references.iter().fold([(Box4::EMPTY, 0); 2], |[left, right]: Sides, r| {
-                let (below, above) = if r.item() < items.triangles() {
-                    (r.lo[plane.axis] < plane.at || r.hi[plane.axis] <= plane.at, r.hi[plane.axis] > plane.at)
-                } else {
-                    let below = 0.5 * r.centroid2()[plane.axis] < plane.at;
-                    (below, !below)
-                };
-                let part = |side: (Box4, u32), piece: Box4, is: bool| if is { (side.0.union(piece), side.1 + 1) } else { side };
-                let (lower, upper) = (r.hi.min(plane.below), r.lo.max(plane.above));
-                let both = below && above;
-                [
-                    part(left, Box4 { lo: r.lo, hi: if both { lower } else { r.hi } }, below),
-                    part(right, Box4 { lo: if both { upper } else { r.lo }, hi: r.hi }, above),
-                ]
-            })
-        };
+        let sides = |references| wide::widest(Count { references, triangles: items.triangles(), plane: &plane });
         let [left, right] = if references.len() < PARALLEL {
             sides(references)
         } else {
@@ -170,54 +219,71 @@ impl SpatialSplit {
         Self { cost, plane, left, right }
     }
 
-    /// Parts the references: those on the left stay in `references`, their number is returned with those on the right.
+    /// Parts `references[..count]`: returns how many are on the left, their extent, and the same of those on the right, which follow them.
+    /// What lies behind `count` is room for duplicates.
     ///
     /// A straddling reference goes whole to one side where growing that side's box costs less than the duplicate.
-    pub fn part(&self, references: &mut [Reference], items: &Items) -> (usize, Extent, Vec<Reference>, Extent) {
+    pub fn part(&self, references: &mut [Reference], count: usize, items: &Items) -> (usize, Extent, usize, Extent) {
+        const BLOCK: usize = 256;
         let Plane { axis, at, .. } = self.plane;
-        let (mut kept, mut rights) = (0, Vec::with_capacity(self.right.1 as usize));
-        let (mut l, mut r) = (Extent::EMPTY, Extent::EMPTY);
+        // first those on the left, then those on the right, then those not looked at; duplicates for the right from `count` on
+        let (mut lefts, mut total) = (0, count);
+        for begin in (0..count).step_by(BLOCK) {
+            let end = count.min(begin + BLOCK);
+            // who straddles is a matter of luck, so what is to be done with them is listed first, and then done
+            let (mut is_left, mut straddlers, mut straddling) = ([false; BLOCK], [0_u8; BLOCK], 0);
+            for (i, r) in references[begin..end].iter().enumerate() {
+                let (lo, hi) = (r.lo[axis], r.hi[axis]);
+                is_left[i] = (hi <= at) | ((lo < at) & (0.5 * (lo + hi) < at));
+                straddlers[straddling & (BLOCK - 1)] = i as u8;
+                straddling += usize::from((lo < at) & (hi > at) & (r.item() < items.triangles()));
+            }
+            let mut cuts = 0;
+            for k in 0..straddling {
+                let i = straddlers[k];
+                let whole = &references[begin + i as usize];
+                match self.better_whole(whole.bounds()) {
+                    Some(left) => is_left[i as usize] = left,
+                    None => {
+                        items.fetch_indices(whole.item());
+                        straddlers[cuts] = i;
+                        cuts += 1;
+                    }
+                }
+            }
+            let straddlers = &straddlers[..cuts];
+            straddlers.iter().for_each(|&i| items.fetch_corners(references[begin + i as usize].item()));
+            for &i in straddlers {
+                let i = i as usize;
+                let whole = references[begin + i];
+                let Some(corners) = items.corners4(whole.item()).filter(|_| total < references.len()) else { continue };
+                let (left, right) = cut(whole.bounds(), &corners, &self.plane);
+                // where rounding lost the triangle all of it is kept
+                if left.is_sound() && right.is_sound() {
+                    references[total] = whole.within(right);
+                    total += 1;
+                }
+                if left.is_sound() {
+                    (references[begin + i], is_left[i]) = (whole.within(left), true);
+                } else if right.is_sound() {
+                    (references[begin + i], is_left[i]) = (whole.within(right), false);
+                }
+            }
+            for i in begin..end {
+                references.swap(i, lefts);
+                lefts += usize::from(is_left[i - begin]);
+            }
+        }
+        (lefts, Extent::of(&references[..lefts]), total - lefts, Extent::of(&references[lefts..total]))
+    }
+
+    /// Whether a reference that straddles the plane goes whole to the left, or to the right; `None` where it is better cut.
+    fn better_whole(&self, whole: Box4) -> Option<bool> {
         let (area_l, area_r) = (self.left.0.half_area(), self.right.0.half_area());
         let (count_l, count_r) = (self.left.1 as f32, self.right.1 as f32);
         let both = area_l * count_l + area_r * count_r;
-        for i in 0..references.len() {
-            let whole = references[i];
-            let straddles = whole.lo[axis] < at && whole.hi[axis] > at;
-            let corners = if straddles { items.corners4(whole.item()) } else { None };
-            let (to_left, to_right) = match &corners {
-                _ if whole.hi[axis] <= at => (Some(whole), None),
-                _ if whole.lo[axis] >= at => (None, Some(whole)),
-                None if 0.5 * whole.centroid2()[axis] < at => (Some(whole), None),
-                None => (None, Some(whole)),
-                Some(corners) => {
-                    let only_l = self.left.0.union(whole.bounds()).half_area() * count_l + area_r * (count_r - 1.0);
-                    let only_r = area_l * (count_l - 1.0) + self.right.0.union(whole.bounds()).half_area() * count_r;
-                    if only_l < both && only_l <= only_r {
-                        (Some(whole), None)
-                    } else if only_r < both {
-                        (None, Some(whole))
-                    } else {
-                        let (left, right) = cut(whole.bounds(), corners, &self.plane);
-                        match (left.is_sound(), right.is_sound()) {
-                            (true, false) => (Some(whole.within(left)), None),
-                            (false, true) => (None, Some(whole.within(right))),
-                            (true, true) => (Some(whole.within(left)), Some(whole.within(right))),
-                            // rounding lost the triangle: keep all of it
-                            (false, false) => (Some(whole), None),
-                        }
-                    }
-                }
-            };
-            if let Some(reference) = to_left {
-                l = l.including(&reference);
-                references[kept] = reference;
-                kept += 1;
-            }
-            if let Some(reference) = to_right {
-                r = r.including(&reference);
-                rights.push(reference);
-            }
-        }
-        (kept, l, rights, r)
+        let only_l = self.left.0.union(whole).half_area() * count_l + area_r * (count_r - 1.0);
+        let only_r = area_l * (count_l - 1.0) + self.right.0.union(whole).half_area() * count_r;
+        if only_l < both && only_l <= only_r { Some(true) } else { (only_r < both).then_some(false) }
     }
 }

@@ -1,10 +1,11 @@
 //! Object splits by the surface area heuristic, over bins of centroids [Wald 2007].
 //!
-//! The cost of a split is A_l n_l + A_r n_r, A half the surface of a side's box, n its number of references. Bins are filled along
-//! all three axes in one pass.
+//! The cost of a split is A_f n_f + A_b n_b, A half the surface of a side's box, n its number of references; the front has the smaller
+//! centroids. Bins are filled along all three axes in one pass. The loops are compiled for wide vectors ([`wide`]), with the same bits.
 
-use crate::build::reference::{Box4, Reference};
-use glam::Vec4;
+use crate::build::reference::{Box4, Reference, half_areas, least};
+use etendue_numerics::wide::{self, Job};
+use glam::{BVec4A, Vec4};
 use rayon::prelude::*;
 
 /// Bins along each axis, and where there are few references: it is the bins that cost then.
@@ -41,64 +42,88 @@ impl Extent {
     }
 }
 
-/// From doubled centroids to bin numbers, the same for filling and for parting; the number of bins is a power of two.
+/// From doubled centroids to bin numbers, the same for filling as for parting; the number of bins is a power of two.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Binning {
     origin: Vec4,
     scale: Vec4,
-    last: usize,
 }
 
 /// 1.5 · 2²³: adding it rounds a small float to an integer, found in the low bits of the sum.
-const ROUND: f32 = 12_582_912.0;
+pub(crate) const ROUND: f32 = 12_582_912.0;
 
 impl Binning {
     fn new(centroids: &Box4, bins: usize) -> Self {
         let size = centroids.hi - centroids.lo;
         let scale = |s: f32| if s > 1e-30 && s < 1e30 { bins as f32 * 0.9999 / s } else { 0.0 };
-        Self { origin: centroids.lo, scale: Vec4::new(scale(size.x), scale(size.y), scale(size.z), 0.0), last: bins - 1 }
+        Self { origin: centroids.lo, scale: Vec4::new(scale(size.x), scale(size.y), scale(size.z), 0.0) }
     }
 
-    #[inline]
+    #[inline(always)]
     fn bins(&self, r: &Reference) -> [usize; 3] {
         let x = (r.centroid2() - self.origin) * self.scale - Vec4::splat(0.5) + Vec4::splat(ROUND);
-        [x.x, x.y, x.z].map(|x| x.to_bits() as usize & self.last)
+        [x.x, x.y, x.z].map(|x| x.to_bits() as usize)
     }
 
-    #[inline]
-    pub fn bin(&self, r: &Reference, axis: usize) -> usize {
-        let x = (r.centroid2()[axis] - self.origin[axis]) * self.scale[axis] - 0.5 + ROUND;
-        x.to_bits() as usize & self.last
+    /// Whether a reference's bin along an axis is below a number.
+    #[inline(always)]
+    fn is_below(&self, r: &Reference, axis: usize, bin: usize) -> bool {
+        (r.lo[axis] + r.hi[axis] - self.origin[axis]) * self.scale[axis] - 0.5 + ROUND < ROUND + bin as f32
     }
 }
 
+/// What lies in the bins: boxes and numbers along the three axes.
 #[derive(Clone, Copy)]
-struct Bin {
-    bounds: Box4,
-    count: u32,
+struct Bins<const N: usize> {
+    boxes: [[Box4; 3]; N],
+    counts: [[i32; 4]; N],
 }
 
-const NO_BIN: Bin = Bin { bounds: Box4::EMPTY, count: 0 };
+impl<const N: usize> Bins<N> {
+    const NONE: Self = Self { boxes: [[Box4::EMPTY; 3]; N], counts: [[0; 4]; N] };
 
-fn fill<const N: usize>(references: &[Reference], binning: &Binning) -> [[Bin; 3]; N] {
-    let mut bins = [[NO_BIN; 3]; N];
-    for r in references {
-        for (axis, i) in binning.bins(r).into_iter().enumerate() {
-            let bin = &mut bins[i][axis];
-            bin.bounds = bin.bounds.union(r.bounds());
-            bin.count += 1;
+    fn add(&mut self, other: &Self) {
+        for i in 0..N {
+            for axis in 0..3 {
+                self.boxes[i][axis] = self.boxes[i][axis].union(other.boxes[i][axis]);
+                self.counts[i][axis] += other.counts[i][axis];
+            }
         }
     }
-    bins
 }
 
-/// References whose bin along `axis` is below `bin` go left.
+struct Fill<'a, const N: usize> {
+    references: &'a [Reference],
+    binning: &'a Binning,
+}
+
+impl<const N: usize> Job for Fill<'_, N> {
+    type Output = Bins<N>;
+
+    #[inline(always)]
+    fn run(self) -> Bins<N> {
+        let mut bins = Bins::NONE;
+        for r in self.references {
+            let whole = r.bounds();
+            for (axis, i) in self.binning.bins(r).into_iter().enumerate() {
+                let i = i & (N - 1);
+                bins.boxes[i][axis] = bins.boxes[i][axis].union(whole);
+                bins.counts[i][axis] += 1;
+            }
+        }
+        bins
+    }
+}
+
+/// References whose bin along `axis` is below `bin` go to the front.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ObjectSplit {
     pub cost: f32,
-    pub axis: usize,
-    pub bin: usize,
-    pub binning: Binning,
+    axis: usize,
+    bin: usize,
+    binning: Binning,
+    front: Box4,
+    back: Box4,
     /// Half the surface of what both sides' boxes share.
     pub overlap: f32,
 }
@@ -110,125 +135,114 @@ pub(crate) fn object_split(references: &[Reference], extent: &Extent) -> Option<
 
 fn binned<const N: usize>(references: &[Reference], extent: &Extent) -> Option<ObjectSplit> {
     let binning = Binning::new(&extent.centroids, N);
-    let bins = if references.len() < PARALLEL {
-        fill(references, &binning)
-    } else {
-        // The parts are merged in their order: the bits do not depend on the number of threads.
-        let parts: Vec<[[Bin; 3]; N]> = references.par_chunks(CHUNK).map(|c| fill(c, &binning)).collect();
-        let mut sum = [[NO_BIN; 3]; N];
-        for (to, from) in parts.iter().flat_map(|p| (0..N).map(move |i| (i, &p[i]))) {
-            for axis in 0..3 {
-                sum[to][axis].bounds = sum[to][axis].bounds.union(from[axis].bounds);
-                sum[to][axis].count += from[axis].count;
-            }
-        }
-        sum
-    };
+    let binning = &binning;
+    if references.len() < PARALLEL {
+        return wide::widest(FillAndSearch::<N>(Fill { references, binning }));
+    }
+    // The parts are merged in their order: the bits do not depend on the number of threads.
+    let parts: Vec<Bins<N>> = references.par_chunks(CHUNK).map(|references| wide::widest(Fill { references, binning })).collect();
+    let mut sum = Bins::NONE;
+    parts.iter().for_each(|part| sum.add(part));
+    wide::widest(Search { bins: &sum, binning })
+}
 
-    let mut best: Option<ObjectSplit> = None;
-    let along = |axis: usize, i: usize| &bins[i][axis];
-    for axis in 0..3 {
-        if binning.scale[axis] == 0.0 {
-            continue;
-        }
-        // right[i]: everything from bin i on
-        let mut right = [(Box4::EMPTY, 0.0_f32); N];
-        let (mut bounds, mut count) = (Box4::EMPTY, 0);
+struct FillAndSearch<'a, const N: usize>(Fill<'a, N>);
+
+impl<const N: usize> Job for FillAndSearch<'_, N> {
+    type Output = Option<ObjectSplit>;
+
+    #[inline(always)]
+    fn run(self) -> Option<ObjectSplit> {
+        let binning = self.0.binning;
+        Search { bins: &self.0.run(), binning }.run()
+    }
+}
+
+struct Search<'a, const N: usize> {
+    bins: &'a Bins<N>,
+    binning: &'a Binning,
+}
+
+impl<const N: usize> Job for Search<'_, N> {
+    type Output = Option<ObjectSplit>;
+
+    /// All three axes at once. A side without references costs infinity times nothing, which is no number and never the least.
+    #[inline(always)]
+    fn run(self) -> Option<ObjectSplit> {
+        let Bins { boxes, counts } = self.bins;
+        let counts: [Vec4; N] = counts.map(|counts| Vec4::from_array(counts.map(|n| n as f32)));
+        // the cost of everything from bin i on
+        let mut backs = [Vec4::ZERO; N];
+        let (mut side, mut count) = ([Box4::EMPTY; 3], Vec4::ZERO);
         for i in (1..N).rev() {
-            bounds = bounds.union(along(axis, i).bounds);
-            count += along(axis, i).count;
-            right[i] = (bounds, if count == 0 { f32::INFINITY } else { bounds.half_area() * count as f32 });
-        }
-        (bounds, count) = (Box4::EMPTY, 0);
-        for (i, right) in right.iter().enumerate().skip(1) {
-            bounds = bounds.union(along(axis, i - 1).bounds);
-            count += along(axis, i - 1).count;
-            if count == 0 {
-                continue;
+            for axis in 0..3 {
+                side[axis] = side[axis].union(boxes[i][axis]);
             }
-            let cost = bounds.half_area() * count as f32 + right.1;
-            if cost < best.map_or(f32::INFINITY, |b| b.cost) {
-                let overlap = bounds.intersection(right.0).half_area_if_not_empty();
-                best = Some(ObjectSplit { cost, axis, bin: i, binning, overlap });
-            }
+            count += counts[i];
+            backs[i] = half_areas(&side) * count;
         }
-    }
-    best
-}
-
-impl Box4 {
-    /// Whether the box holds a point.
-    pub fn is_sound(&self) -> bool {
-        let d = self.hi - self.lo;
-        d.x >= 0.0 && d.y >= 0.0 && d.z >= 0.0
-    }
-
-    /// Half the surface, 0 where the box is empty along any axis.
-    pub fn half_area_if_not_empty(&self) -> f32 {
-        if self.is_sound() { self.half_area() } else { 0.0 }
+        let (mut best, mut best_at) = (Vec4::INFINITY, Vec4::ZERO);
+        (side, count) = ([Box4::EMPTY; 3], Vec4::ZERO);
+        for i in 1..N {
+            for axis in 0..3 {
+                side[axis] = side[axis].union(boxes[i - 1][axis]);
+            }
+            count += counts[i - 1];
+            let cost = half_areas(&side) * count + backs[i];
+            let is_less = cost.cmplt(best);
+            best = Vec4::select(is_less, cost, best);
+            best_at = Vec4::select(is_less, Vec4::splat(i as f32), best_at);
+        }
+        let axis = least(best);
+        let (cost, bin) = (best[axis], best_at[axis] as usize);
+        if cost == f32::INFINITY {
+            return None;
+        }
+        let all = |boxes: &[[Box4; 3]]| boxes.iter().fold(Box4::EMPTY, |all, b| all.union(b[axis]));
+        let (front, back) = boxes.split_at(bin);
+        let (front, back) = (all(front), all(back));
+        let overlap = front.intersection(back).half_area_if_not_empty();
+        Some(ObjectSplit { cost, axis, bin, binning: *self.binning, front, back, overlap })
     }
 }
 
-/// Moves what `left` says to the front; returns how many, and the extents of both parts. No branch depends on a reference: half of all
-/// guesses would be wrong.
-pub(crate) fn partition(references: &mut [Reference], left: impl Fn(&Reference) -> bool) -> (usize, Extent, Extent) {
-    let (mut sides, mut lefts) = ([Extent::EMPTY; 2], 0);
-    for i in 0..references.len() {
-        let r = references[i];
-        let is_left = usize::from(left(&r));
-        sides[is_left] = sides[is_left].including(&r);
-        references[i] = references[lefts];
-        references[lefts] = r;
-        lefts += is_left;
+impl ObjectSplit {
+    /// Parts the references; returns how many are in front, and the extents of both sides.
+    pub fn part(&self, references: &mut [Reference]) -> (usize, Extent, Extent) {
+        let (fronts, front, back) = match self.axis {
+            0 => wide::widest(Partition::<0> { references, split: self }),
+            1 => wide::widest(Partition::<1> { references, split: self }),
+            _ => wide::widest(Partition::<2> { references, split: self }),
+        };
+        (fronts, Extent { bounds: self.front, centroids: front }, Extent { bounds: self.back, centroids: back })
     }
-    let [r, l] = sides;
-    (lefts, l, r)
 }
 
-/// The most references that [`sweep_split`] takes.
-pub(crate) const SWEEP: usize = 8;
+/// Moves what is in front to the front; tells how many, and the boxes of the doubled centroids of the front and of the back. No branch depends on a
+/// reference: half of all guesses would be wrong.
+struct Partition<'a, const AXIS: usize> {
+    references: &'a mut [Reference],
+    split: &'a ObjectSplit,
+}
 
-/// The cheapest split of a few references over all orders of centroids; leaves them in that order and returns how many go left.
-pub(crate) fn sweep_split(references: &mut [Reference]) -> usize {
-    let n = references.len();
-    if n <= 2 {
-        return 1;
+impl<const AXIS: usize> Job for Partition<'_, AXIS> {
+    type Output = (usize, Box4, Box4);
+
+    #[inline(always)]
+    fn run(self) -> (usize, Box4, Box4) {
+        let Self { references, split } = self;
+        let (mut front, mut back, mut fronts) = (Box4::EMPTY, Box4::EMPTY, 0);
+        for i in 0..references.len() {
+            let r = references[i];
+            let is_front = split.binning.is_below(&r, AXIS, split.bin);
+            let (c, lane) = (r.centroid2(), BVec4A::splat(is_front));
+            front.lo = front.lo.min(Vec4::select(lane, c, Vec4::INFINITY));
+            front.hi = front.hi.max(Vec4::select(lane, c, Vec4::NEG_INFINITY));
+            back.lo = back.lo.min(Vec4::select(lane, Vec4::INFINITY, c));
+            back.hi = back.hi.max(Vec4::select(lane, Vec4::NEG_INFINITY, c));
+            references.swap(i, fronts);
+            fronts += usize::from(is_front);
+        }
+        (fronts, front, back)
     }
-    let (mut best, mut best_order, mut best_at) = (f32::INFINITY, [0_u8; SWEEP], n / 2);
-    for axis in 0..3 {
-        // insertion sort, stable, so that equal centroids keep their order
-        let mut order = [0_u8; SWEEP];
-        let mut keys = [0.0_f32; SWEEP];
-        for (i, reference) in references.iter().enumerate() {
-            let key = reference.centroid2()[axis];
-            let mut j = i;
-            while j > 0 && keys[j - 1] > key {
-                (keys[j], order[j]) = (keys[j - 1], order[j - 1]);
-                j -= 1;
-            }
-            (keys[j], order[j]) = (key, i as u8);
-        }
-        let mut right = [0.0_f32; SWEEP];
-        let mut bounds = Box4::EMPTY;
-        for i in (1..n).rev() {
-            bounds = bounds.union(references[order[i] as usize].bounds());
-            right[i] = bounds.half_area() * (n - i) as f32;
-        }
-        bounds = Box4::EMPTY;
-        for i in 1..n {
-            bounds = bounds.union(references[order[i - 1] as usize].bounds());
-            let cost = bounds.half_area() * i as f32 + right[i];
-            if cost < best {
-                (best, best_order, best_at) = (cost, order, i);
-            }
-        }
-    }
-    if best < f32::INFINITY {
-        let mut sorted = [Reference::NONE; SWEEP];
-        for i in 0..n {
-            sorted[i] = references[best_order[i] as usize];
-        }
-        references.copy_from_slice(&sorted[..n]);
-    }
-    best_at
 }

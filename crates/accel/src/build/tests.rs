@@ -105,6 +105,7 @@ fn depth_is_bounded() {
         let mut references: Vec<Reference> = (0..1000).filter_map(|i| triangle_reference(items.corners(i)?, i)).collect();
         let count = references.len();
         let mut nodes = vec![bytemuck::Zeroable::zeroed(); 2 * count];
+        let mut held = vec![0; count];
         let extent = split::Extent::of(&references);
         let context = Context {
             items: &items,
@@ -115,11 +116,11 @@ fn depth_is_bounded() {
             total: count,
             progress: &|_| {},
         };
-        binary::build(&mut references, count, &mut nodes, extent, start, &context);
+        binary::build(&mut references, count, &mut nodes, &mut held, extent, start, &context);
         let (mut waiting, mut deepest) = (vec![(0_usize, start as usize)], 0);
         while let Some((n, depth)) = waiting.pop() {
             deepest = deepest.max(depth);
-            if nodes[n].references().is_none() {
+            if nodes[n].items().is_none() {
                 waiting.extend([(n + 1, depth + 1), (nodes[n].link as usize, depth + 1)]);
             }
         }
@@ -128,4 +129,107 @@ fn depth_is_bounded() {
     // left alone it goes down far; where it starts far down, as a part of a larger tree, it has to make do with what is left
     assert!(deepest(0) > 20, "{}", deepest(0));
     assert!(deepest(46) <= binary::MAX_DEPTH, "{}", deepest(46));
+}
+
+/// References of a few triangles of [`mesh`].
+fn references(positions: &[Vec3], indices: &[[u32; 3]]) -> Vec<Reference> {
+    let corners = |c: &[u32; 3]| c.map(|i| positions[i as usize]);
+    indices.iter().enumerate().filter_map(|(i, c)| triangle_reference(corners(c), i as u32)).collect()
+}
+
+fn cost(front: &[Reference], back: &[Reference]) -> f32 {
+    let side = |r: &[Reference]| split::Extent::of(r).bounds.half_area() * r.len() as f32;
+    side(front) + side(back)
+}
+
+fn numbers(references: &[Reference]) -> Vec<u32> {
+    references.iter().map(Reference::item).collect()
+}
+
+/// Of two to eight references the parted sides are as cheap as the cheapest that the textbook's sorting finds, and hold them all.
+#[test]
+fn sweep_finds_the_cheapest_order() {
+    for (n, seed) in (2..=8).flat_map(|n| (0..50).map(move |seed| (n, seed))) {
+        let (positions, indices) = mesh(n, 100 + seed);
+        let before = references(&positions, &indices);
+        let mut after = before.clone();
+        let (fronts, front, back) = sweep::sweep_split(&mut after);
+        let least = (0..3)
+            .flat_map(|axis| {
+                let mut sorted = before.clone();
+                sorted.sort_by(|a, b| a.centroid2()[axis].total_cmp(&b.centroid2()[axis]));
+                (1..sorted.len()).map(move |i| cost(&sorted[..i], &sorted[i..])).collect::<Vec<_>>()
+            })
+            .fold(f32::INFINITY, f32::min);
+        assert_eq!(cost(&after[..fronts], &after[fronts..]), least, "{n}, {seed}");
+        for (extent, side) in [(front, &after[..fronts]), (back, &after[fronts..])] {
+            let bounds = split::Extent::of(side).bounds;
+            assert!(extent.bounds.lo.truncate() == bounds.lo.truncate() && extent.bounds.hi.truncate() == bounds.hi.truncate());
+        }
+        let mut held = numbers(&after);
+        held.sort_unstable();
+        assert_eq!(held, numbers(&before));
+    }
+}
+
+/// The split over bins costs what it says, and no plane at a bin's edge is cheaper; both sides' boxes are those of what went there.
+#[test]
+fn object_split_finds_the_cheapest_bin() {
+    for (n, bins, seed) in (0..20).flat_map(|seed| [(20, 8, seed), (63, 8, seed), (64, 16, seed), (1000, 16, seed)]) {
+        let (positions, indices) = mesh(n, 200 + seed);
+        let before = references(&positions, &indices);
+        let extent = split::Extent::of(&before);
+        let found = split::object_split(&before, &extent).expect("a split");
+        let mut after = before.clone();
+        let (fronts, front, back) = found.part(&mut after);
+        assert_eq!(found.cost, cost(&after[..fronts], &after[fronts..]));
+        for (extent, side) in [(front, &after[..fronts]), (back, &after[fronts..])] {
+            let whole = split::Extent::of(side);
+            for (a, b) in [(extent.bounds, whole.bounds), (extent.centroids, whole.centroids)] {
+                assert!(a.lo.truncate() == b.lo.truncate() && a.hi.truncate() == b.hi.truncate());
+            }
+        }
+        let (lo, size) = (extent.centroids.lo, extent.centroids.hi - extent.centroids.lo);
+        for (axis, i) in (0..3).flat_map(|axis| (1..bins).map(move |i| (axis, i))) {
+            let at = lo[axis] + size[axis] / 0.9999 * i as f32 / bins as f32;
+            let (f, b): (Vec<_>, Vec<_>) = before.iter().copied().partition(|r| r.centroid2()[axis] < at);
+            // a centroid within rounding of a bin's edge may stand on its other side
+            let is_clear = before.iter().all(|r| (r.centroid2()[axis] - at).abs() > 1e-5 * size[axis]);
+            assert!(!is_clear || f.is_empty() || b.is_empty() || found.cost <= cost(&f, &b), "{n}, {seed}, {axis}, {i}");
+        }
+        let mut held = numbers(&after);
+        held.sort_unstable();
+        assert_eq!(held, numbers(&before));
+    }
+}
+
+/// A spatial split leaves each triangle a box around its part on either side, makes no more duplicates than there is room for, and costs
+/// about what was promised.
+#[test]
+fn spatial_split_loses_nothing() {
+    for (n, room, seed) in [(40, 60, 1), (300, 301, 2), (300, 600, 3), (5000, 9000, 4), (20_000, 30_000, 5)] {
+        let (positions, indices) = mesh(n, 300 + seed);
+        let owners = Owners::new(std::iter::once(n));
+        let meshes = [TriangleMesh { positions: &positions, indices: &indices, geometry: 0 }];
+        let items = Items { meshes: &meshes, owners };
+        let mut references = references(&positions, &indices);
+        let (count, extent) = (references.len(), split::Extent::of(&references));
+        let cut = spatial::spatial_split(&references, &items, &extent.bounds, f32::INFINITY).expect("a cut");
+        references.resize(room, Reference::NONE);
+        let (lefts, _, rights, _) = cut.part(&mut references, count, &items);
+        assert!((count..=room).contains(&(lefts + rights)));
+        let mut seen = vec![0; n as usize];
+        let mut hulls = vec![Bounds3::EMPTY; n as usize];
+        for r in &references[..lefts + rights] {
+            let b = instance::bounds((r.lo.truncate().into(), r.hi.truncate().into()));
+            seen[r.item() as usize] += 1;
+            hulls[r.item() as usize] = hulls[r.item() as usize].union(b);
+        }
+        for (i, corners) in indices.iter().enumerate() {
+            assert!((1..=2).contains(&seen[i]));
+            assert_eq!(hulls[i], Bounds3::of(corners.map(|k| positions[k as usize])), "triangle {i} of {n}");
+        }
+        let total = cost(&references[..lefts], &references[lefts..lefts + rights]);
+        assert!(room < cut.references() || total <= 1.05 * cut.cost, "{n}: {total} {}", cut.cost);
+    }
 }
