@@ -35,14 +35,16 @@ impl SpatialSplit {
 }
 
 /// What lies in the bins along the three axes: boxes, and how many references begin and end there.
-struct Bins {
+#[derive(Debug)]
+pub(super) struct Bins {
     boxes: [[Box4; BINS]; 3],
     enter: [[u32; BINS]; 3],
     leave: [[u32; BINS]; 3],
 }
 
 /// The planes between the bins, along all three axes.
-struct Grid {
+#[derive(Clone, Copy)]
+pub(super) struct Grid {
     lo: Vec4,
     /// 0 along an axis that cannot be cut.
     step: Vec4,
@@ -51,7 +53,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(bounds: &Box4) -> Self {
+    pub(super) fn new(bounds: &Box4) -> Self {
         let (mut step, mut scale) = (Vec4::ZERO, Vec4::ZERO);
         for a in 0..3 {
             let s = (bounds.hi[a] - bounds.lo[a]) / BINS as f32;
@@ -77,10 +79,10 @@ impl Grid {
     }
 }
 
-struct Fill<'a> {
-    references: &'a [Reference],
-    items: &'a Items<'a>,
-    grid: &'a Grid,
+pub(super) struct Fill<'a> {
+    pub references: &'a [Reference],
+    pub items: &'a Items<'a>,
+    pub grid: &'a Grid,
 }
 
 impl Job for Fill<'_> {
@@ -170,10 +172,10 @@ fn search(references: &[Reference], items: &Items, bounds: &Box4) -> Option<Spat
 type Sides = [(Box4, u32); 2];
 
 /// Counts what lies on both sides of a plane.
-struct Count<'a> {
-    references: &'a [Reference],
-    triangles: u32,
-    plane: &'a Plane,
+pub(super) struct Count<'a> {
+    pub references: &'a [Reference],
+    pub triangles: u32,
+    pub plane: &'a Plane,
 }
 
 impl Job for Count<'_> {

@@ -53,7 +53,7 @@ pub(crate) struct Binning {
 pub(crate) const ROUND: f32 = 12_582_912.0;
 
 impl Binning {
-    fn new(centroids: &Box4, bins: usize) -> Self {
+    pub(super) fn new(centroids: &Box4, bins: usize) -> Self {
         let size = centroids.hi - centroids.lo;
         let scale = |s: f32| if s > 1e-30 && s < 1e30 { bins as f32 * 0.9999 / s } else { 0.0 };
         Self { origin: centroids.lo, scale: Vec4::new(scale(size.x), scale(size.y), scale(size.z), 0.0) }
@@ -74,7 +74,7 @@ impl Binning {
 
 /// What lies in the bins: boxes and numbers along the three axes.
 #[derive(Clone, Copy)]
-struct Bins<const N: usize> {
+pub(super) struct Bins<const N: usize> {
     boxes: [[Box4; 3]; N],
     counts: [[i32; 4]; N],
 }
@@ -92,9 +92,9 @@ impl<const N: usize> Bins<N> {
     }
 }
 
-struct Fill<'a, const N: usize> {
-    references: &'a [Reference],
-    binning: &'a Binning,
+pub(super) struct Fill<'a, const N: usize> {
+    pub references: &'a [Reference],
+    pub binning: &'a Binning,
 }
 
 impl<const N: usize> Job for Fill<'_, N> {
@@ -146,7 +146,7 @@ fn binned<const N: usize>(references: &[Reference], extent: &Extent) -> Option<O
     wide::widest(Search { bins: &sum, binning })
 }
 
-struct FillAndSearch<'a, const N: usize>(Fill<'a, N>);
+pub(super) struct FillAndSearch<'a, const N: usize>(pub Fill<'a, N>);
 
 impl<const N: usize> Job for FillAndSearch<'_, N> {
     type Output = Option<ObjectSplit>;
@@ -220,9 +220,9 @@ impl ObjectSplit {
 
 /// Moves what is in front to the front; tells how many, and the boxes of the doubled centroids of the front and of the back. No branch depends on a
 /// reference: half of all guesses would be wrong.
-struct Partition<'a, const AXIS: usize> {
-    references: &'a mut [Reference],
-    split: &'a ObjectSplit,
+pub(super) struct Partition<'a, const AXIS: usize> {
+    pub references: &'a mut [Reference],
+    pub split: &'a ObjectSplit,
 }
 
 impl<const AXIS: usize> Job for Partition<'_, AXIS> {

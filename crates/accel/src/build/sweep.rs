@@ -17,7 +17,8 @@ pub(crate) fn sweep_split(references: &mut [Reference]) -> (usize, Extent, Exten
     (fronts, extent(front), extent(back))
 }
 
-struct Sweep<'a>(&'a mut [Reference]);
+/// The job of [`sweep_split`].
+pub(super) struct Sweep<'a>(pub &'a mut [Reference]);
 
 impl Job for Sweep<'_> {
     type Output = (usize, Box4, Box4);

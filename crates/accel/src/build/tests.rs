@@ -2,6 +2,9 @@
 
 use super::*;
 use crate::layout::{Node, ROWS, WIDTH};
+use etendue_numerics::wide::Width;
+use reference::Plane;
+use std::fmt::Write;
 
 /// Long thin triangles and small ones, 2³¹-periodic numbers.
 fn mesh(n: u32, seed: u64) -> (Vec<Vec3>, Vec<[u32; 3]>) {
@@ -232,4 +235,42 @@ fn spatial_split_loses_nothing() {
         let total = cost(&references[..lefts], &references[lefts..lefts + rights]);
         assert!(room < cut.references() || total <= 1.05 * cut.cost, "{n}: {total} {}", cut.cost);
     }
+}
+
+/// Every loop over lanes gives the same bits at every width: the tree is the same on every machine.
+#[test]
+fn tree_does_not_depend_on_lanes() {
+    let (positions, indices) = mesh(3000, 11);
+    let owners = Owners::new(std::iter::once(3000));
+    let meshes = [TriangleMesh { positions: &positions, indices: &indices, geometry: 0 }];
+    let items = Items { meshes: &meshes, owners };
+    let all = references(&positions, &indices);
+    let told = |width: Width| {
+        let mut told = String::new();
+        for n in (2..=8).chain([100, 3000]) {
+            let mut references = all[3000 - n..].to_vec();
+            let extent = split::Extent::of(&references);
+            if n <= sweep::SWEEP {
+                write!(told, "{:?}", width.run(sweep::Sweep(&mut references))).expect("room");
+            }
+            let (few, many) = (split::Binning::new(&extent.centroids, 8), split::Binning::new(&extent.centroids, 16));
+            let found = (
+                width.run(split::FillAndSearch::<8>(split::Fill { references: &references, binning: &few })),
+                width.run(split::FillAndSearch::<16>(split::Fill { references: &references, binning: &many })),
+            );
+            let grid = spatial::Grid::new(&extent.bounds);
+            let cut = width.run(spatial::Fill { references: &references, items: &items, grid: &grid });
+            let plane = Plane::new(n % 3, 0.5);
+            let sides = width.run(spatial::Count { references: &references, triangles: 3000, plane: &plane });
+            write!(told, "{found:?}{cut:?}{sides:?}").expect("room");
+            if let Some(split) = &found.1 {
+                let parted = width.run(split::Partition::<1> { references: &mut references, split });
+                write!(told, "{parted:?}").expect("room");
+            }
+            write!(told, "{:?}", numbers(&references)).expect("room");
+        }
+        told
+    };
+    let plain = told(Width::Plain);
+    assert!(Width::available().all(|width| told(width) == plain));
 }
