@@ -24,7 +24,7 @@ const FORK: usize = 1 << 12;
 const OVERLAP: f32 = 1e-5;
 /// … and where the shared part of the node's own surface is above this over √n: of n triangles of a surface about √n straddle a plane, and
 /// their duplicates must be won back.
-const STRADDLE: f32 = 4.0;
+const STRADDLE: f32 = 6.0;
 /// Below this many references a cut wins nothing that is worth looking for.
 const FEWEST: usize = 32;
 

@@ -233,7 +233,7 @@ impl<'a> Builder<'a> {
         const CHUNK: usize = 1 << 14;
         let triangles = items.triangles() as usize;
         let mut references: Vec<Reference> = bytemuck::zeroed_vec(triangles + self.others.len() + spare);
-        let chunks: Vec<usize> = references[..triangles]
+        let mut sizes: Vec<usize> = references[..triangles]
             .par_chunks_mut(CHUNK)
             .enumerate()
             .map(|(c, places)| {
@@ -247,11 +247,17 @@ impl<'a> Builder<'a> {
                 count
             })
             .collect();
-        let mut count = 0;
-        for (c, size) in chunks.into_iter().enumerate() {
-            references.copy_within(c * CHUNK..c * CHUNK + size, count);
-            count += size;
+        // what is missing in the first chunks is taken from the last
+        let (mut c, mut last) = (0, sizes.len().saturating_sub(1));
+        while c < last {
+            let taken = (CHUNK - sizes[c]).min(sizes[last]);
+            sizes[last] -= taken;
+            let from = last * CHUNK + sizes[last];
+            references.copy_within(from..from + taken, c * CHUNK + sizes[c]);
+            sizes[c] += taken;
+            if sizes[c] == CHUNK { c += 1 } else { last -= 1 }
         }
+        let mut count = c * CHUNK + sizes.get(c).copied().unwrap_or(0);
         for (i, b) in self.bounds.iter().enumerate().filter(|(_, b)| instance::is_finite(b)) {
             references[count] = Reference::new(b.min, b.max, (triangles + i) as u32);
             count += 1;

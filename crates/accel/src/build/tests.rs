@@ -134,6 +134,34 @@ fn depth_is_bounded() {
     assert!(deepest(46) <= binary::MAX_DEPTH, "{}", deepest(46));
 }
 
+/// Triangles that are never hit, anywhere among others, leave references of all others and of nothing else.
+#[test]
+fn holes_are_closed() {
+    let n = 100_000;
+    let (positions, mut indices) = mesh(n, 5);
+    for (what, is_hole) in [
+        ("none", (|_| false) as fn(u32) -> bool),
+        ("all", |_| true),
+        ("the last", |i| i == 99_999),
+        ("the first chunk", |i| i < 20_000),
+        ("the last chunks", |i| i > 40_000),
+        ("every third", |i| i % 3 == 0),
+        ("all but one", |i| i != 70_000),
+    ] {
+        for i in 0..n {
+            indices[i as usize][1] = if is_hole(i) { 3 * i } else { 3 * i + 1 };
+        }
+        let mut builder = Builder::new();
+        builder.add_mesh(TriangleMesh { positions: &positions, indices: &indices, geometry: 0 });
+        let items = Items { meshes: &builder.meshes, owners: Owners::new(std::iter::once(n)) };
+        let (references, count) = builder.references(&items, 10);
+        let mut held = numbers(&references[..count]);
+        held.sort_unstable();
+        assert!(held.into_iter().eq((0..n).filter(|&i| !is_hole(i))), "{what}");
+        assert_eq!(references.len(), count + 10);
+    }
+}
+
 /// References of a few triangles of [`mesh`].
 fn references(positions: &[Vec3], indices: &[[u32; 3]]) -> Vec<Reference> {
     let corners = |c: &[u32; 3]| c.map(|i| positions[i as usize]);
