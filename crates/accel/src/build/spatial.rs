@@ -102,9 +102,9 @@ impl Job for Fill<'_> {
             for axis in 0..3 {
                 let (first, last, boxes) = (first[axis], last[axis], &mut bins.boxes[axis]);
                 let mut rest = r.bounds();
-                for i in first..last {
+                for (i, bounds) in boxes[..last].iter_mut().enumerate().skip(first) {
                     let plane = grid.plane(axis, i + 1);
-                    boxes[i] = boxes[i].union(Box4 { lo: rest.lo, hi: rest.hi.min(plane.below) });
+                    *bounds = bounds.union(Box4 { lo: rest.lo, hi: rest.hi.min(plane.below) });
                     rest.lo = rest.lo.max(plane.above);
                 }
                 boxes[last] = boxes[last].union(rest);

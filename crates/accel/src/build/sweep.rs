@@ -54,18 +54,18 @@ impl Job for Sweep<'_> {
         let mut backs = [Vec4::ZERO; SWEEP];
         let mut side = [Box4::EMPTY; 3];
         for i in (1..SWEEP).rev() {
-            for axis in 0..3 {
-                side[axis] = side[axis].union(at(axis, i));
+            for (axis, side) in side.iter_mut().enumerate() {
+                *side = side.union(at(axis, i));
             }
             backs[i] = half_areas(&side) * n.saturating_sub(i) as f32;
         }
         let (mut best, mut best_at) = (Vec4::INFINITY, Vec4::splat((n / 2) as f32));
         side = [Box4::EMPTY; 3];
-        for i in 1..SWEEP {
-            for axis in 0..3 {
-                side[axis] = side[axis].union(at(axis, i - 1));
+        for (i, back) in backs.into_iter().enumerate().skip(1) {
+            for (axis, side) in side.iter_mut().enumerate() {
+                *side = side.union(at(axis, i - 1));
             }
-            let cost = half_areas(&side) * i as f32 + backs[i];
+            let cost = half_areas(&side) * i as f32 + back;
             let is_less = cost.cmplt(best);
             best = Vec4::select(is_less, cost, best);
             best_at = Vec4::select(is_less, Vec4::splat(i as f32), best_at);
