@@ -10,6 +10,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `block` | edge of the blocks of pixels that share, 1, 2 or 4; 1 leaves each walk alone | 1 |
+//! | `follow` | κ: of n walks that find for each other κ √n are followed, from 0.25 to 4; 4 follows all of a block | 2 |
 
 use crate::lanes;
 use crate::neighbours;
@@ -28,6 +29,8 @@ pub struct PathMis {
     pub heuristic: Heuristic,
     /// The blocks of pixels whose walks share what they find have an edge of 2^`block` pixels.
     pub block: usize,
+    /// κ: how many of the walks that share are followed.
+    pub follow: f32,
 }
 
 impl Default for PathMis {
@@ -38,15 +41,22 @@ impl Default for PathMis {
 
 impl PathMis {
     /// What users may set.
-    pub const PARAMETERS: &'static [Parameter<Self>] = &[Parameter {
-        name: "block",
-        summary: "edge of the blocks of pixels whose walks share what they find; 1 leaves each alone",
-        slot: |s| Slot::Choice(&mut s.block, &["1", "2", "4"]),
-    }];
+    pub const PARAMETERS: &'static [Parameter<Self>] = &[
+        Parameter {
+            name: "block",
+            summary: "edge of the blocks of pixels whose walks share what they find; 1 leaves each alone",
+            slot: |s| Slot::Choice(&mut s.block, &["1", "2", "4"]),
+        },
+        Parameter {
+            name: "follow",
+            summary: "how many of the walks that share are followed: more cost time, fewer bring noise; 4 follows all",
+            slot: |s| Slot::Number(&mut s.follow, 0.25..=4.0),
+        },
+    ];
 
     /// Each pixel's walks by themselves, weighted by `heuristic`.
     pub const fn alone(heuristic: Heuristic) -> Self {
-        Self { heuristic, block: 0 }
+        Self { heuristic, block: 0, follow: neighbours::FOLLOWED }
     }
 
     /// Collects Le at x or of the surroundings, weighted against the light sample that might have found it.
@@ -94,7 +104,7 @@ impl PathSolver for PathMis {
     }
 
     fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
-        neighbours::meet(self.heuristic, &c.eager(), crowd)
+        neighbours::meet(self, &c.eager(), crowd)
     }
 
     fn scatter_all<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) {

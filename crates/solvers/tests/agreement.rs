@@ -108,7 +108,7 @@ fn neighbours_that_share() {
         let job = samples(spp).with(PathRules::default().with_bounces(bounces.clone()));
         let alone = replicates(&scene, &PathMis::alone(Heuristic::Power), job);
         for block in 1..=2 {
-            let together = replicates(&scene, &PathMis { block, ..PathMis::default() }, job.seed(block as u64 + 1));
+            let together = replicates(&scene, &PathMis { block, follow: 1.0, ..PathMis::default() }, job.seed(block as u64 + 1));
             agreement(&mut family, &format!("blocks of {}, bounces {bounces:?}", 1 << block), &scene, &together, &alone, 0.3);
         }
     }

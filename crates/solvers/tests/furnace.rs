@@ -17,7 +17,7 @@ use etendue_solvers::transport::Heuristic;
 
 const ALBEDOS: [f32; 3] = [0.2, 0.5, 0.9];
 const BALANCE: PathMis = PathMis::alone(Heuristic::Balance);
-const POWER: PathMis = PathMis { heuristic: Heuristic::Power, block: 2 };
+const POWER: PathMis = PathMis { block: 2, ..PathMis::alone(Heuristic::Power) };
 
 /// Samples per pixel: more where light lives longer.
 fn spp(a: f32, bounces: Option<u32>) -> u32 {

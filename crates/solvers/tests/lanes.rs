@@ -72,8 +72,8 @@ fn must_be_equal(name: &str, scene: &mut Scene, rules: PathRules) {
             );
             assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: lanes");
         }
-        for block in [1, 2] {
-            let (solver, job) = (PathMis { heuristic, block }, samples(3).with(rules));
+        for (block, follow) in [(1, 0.5), (2, 1.0), (2, 2.0)] {
+            let (solver, job) = (PathMis { heuristic, block, follow }, samples(3).with(rules));
             let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
             let steps = bits(render(scene, &StepByStep(solver), job).0);
             assert!(bits(render(scene, &solver, job).0) == steps, "{name}, {heuristic:?}, spectral {spectral}: blocks of {block}");

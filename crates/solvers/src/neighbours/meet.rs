@@ -1,31 +1,33 @@
 //! What the rays of a block's walks meet beyond their first vertices, and who takes how much of it.
 
-use super::sight::{Aim, Densities, LANES};
+use super::sight::{Aim, Densities, LANES, Second};
 use super::{Find, First, Neighbours, OtherFind};
 use crate::lanes::lambert;
+use crate::path_mis::PathMis;
 use crate::transport::{Context, Crowd, HOPE, Heuristic, PathState, Throughput, mis_weight, slot};
 use etendue_accel::Hit;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
-use etendue_scene::{Interaction, SurfaceId};
+use etendue_scene::SurfaceId;
 
-/// κ: how many walks of a block are followed. By measurement: more cost time, fewer bring noise.
-const FOLLOWED: f32 = 1.0;
+/// κ where nobody asks for another. By measurement: more cost time, fewer bring noise.
+pub(crate) const FOLLOWED: f32 = 2.0;
 
-/// The same of directions that escape, which cost nothing but the neighbours' shadow rays.
+/// κ of directions that escape, which cost nothing but the neighbours' shadow rays.
 const ESCAPED: f32 = 2.0;
 
 /// What all walks of a block could have met.
 enum Met<'a> {
-    Surface(&'a Interaction),
+    Surface(&'a Second),
     /// A direction with what shines from there.
     Sky(Vec3),
 }
 
 /// Lets the walks of each block share what they met at their second vertices. Returns how many rays that took.
-pub(crate) fn meet<'a>(heuristic: Heuristic, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+pub(crate) fn meet<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
     let mut all = std::mem::take(&mut crowd.neighbours);
+    all.follow = solver.follow;
     let mut hit_of = vec![None; crowd.walks.len()];
     for (k, i) in crowd.going.iter().enumerate() {
         hit_of[*i as usize] = Some(k);
@@ -52,7 +54,7 @@ pub(crate) fn meet<'a>(heuristic: Heuristic, c: &Context<'a>, crowd: &mut Crowd<
             let u = || u.u1(Dim::at(2, slot::SHARED));
             ended[k] = match &crowd.hits[k] {
                 Some(hit) => all.surface(c, block, i, walk, hit, u),
-                None => !portals && all.sky(heuristic, c, block, i, walk, u),
+                None => !portals && all.sky(solver.heuristic, c, block, i, walk, u),
             };
         }
     }
@@ -71,12 +73,17 @@ impl<'a> Neighbours<'a> {
         if c.ends(walk) || c.scene.surface(SurfaceId(hit.geometry)).emitter.is_some() {
             return false;
         }
-        let y = c.scene.interaction(&walk.ray, hit);
         let other = lambert(c, walk, hit).is_none().then_some(self.vertices.len());
-        if other.is_some() && !self.keep(c, &y, walk) {
-            return false;
-        }
-        let guess = self.guess(block, i, &Met::Surface(&y), FOLLOWED);
+        let y = if other.is_none() {
+            Second::lambert(c, &walk.ray, hit)
+        } else {
+            let y = c.scene.interaction(&walk.ray, hit);
+            if !self.keep(c, &y, walk) {
+                return false;
+            }
+            Second::from(&y)
+        };
+        let guess = self.guess(block, i, &Met::Surface(&y), self.follow);
         let Some((first, q)) = guess.filter(|(_, q)| *q == 1.0 || u() < *q) else {
             self.vertices.truncate(other.unwrap_or(self.vertices.len()));
             // Where it could not have gone there it goes on by itself.
@@ -178,7 +185,7 @@ impl<'a> Neighbours<'a> {
     }
 
     /// Notes the rays between y and all others of the block that it is of use to.
-    fn aim(&mut self, block: [u32; 2], i: u32, first: usize, y: &Interaction) {
+    fn aim(&mut self, block: [u32; 2], i: u32, first: usize, y: &Second) {
         let (begin, end) = (block[0] as usize, block[1] as usize);
         for some in (begin..end).step_by(LANES) {
             let aimed = wide::widest(Aim { places: &self.sights, first: some, y });

@@ -23,7 +23,7 @@
 mod meet;
 mod sight;
 
-pub(crate) use meet::meet;
+pub(crate) use meet::{FOLLOWED, meet};
 
 use crate::lanes::lambert;
 use crate::transport::{Context, PathState, Step, Vertex};
@@ -81,6 +81,8 @@ struct OtherFind {
 pub(crate) struct Neighbours<'a> {
     /// Whether walks share at all.
     active: bool,
+    /// κ.
+    follow: f32,
     firsts: Vec<First>,
     sights: sight::Places,
     vertices: Vec<Vertex<'a>>,

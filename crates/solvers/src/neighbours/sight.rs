@@ -1,11 +1,13 @@
 //! A point y seen from the first vertices of a block, on lanes: a of each, and the rays between.
 
 use super::First;
+use crate::transport::Context;
+use etendue_accel::Hit;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
-use etendue_numerics::{Ray, Vec3, wide};
-use etendue_scene::Interaction;
+use etendue_numerics::{Ray, Vec2, Vec3, wide};
 use etendue_scene::interaction::SHADOW_EPSILON;
+use etendue_scene::{Interaction, NO_INSTANCE, SurfaceFrame, SurfaceId};
 
 /// Vertices that are looked at together.
 pub(super) const LANES: usize = wide::PAD;
@@ -34,6 +36,37 @@ impl Numbers {
             to.copy_from_slice(&from[first..first + LANES]);
         }
         lanes
+    }
+}
+
+/// A second vertex y, as far as first ones look at it: `Interaction` tells what the fields are.
+pub(super) struct Second {
+    pub p: Vec3,
+    pub p_error: Vec3,
+    pub n: Vec3,
+    /// Shading normal.
+    pub ns: Vec3,
+    pub wo: Vec3,
+    pub time: f32,
+}
+
+impl Second {
+    /// Where `ray` meets a surface of Lambert's: no tangents are made that nobody looks at.
+    #[inline(always)]
+    pub fn lambert(c: &Context<'_>, ray: &Ray, hit: &Hit) -> Self {
+        let shape = &c.scene.surface(SurfaceId(hit.geometry)).shape;
+        let Some(mesh) = shape.mesh().filter(|_| hit.instance == NO_INSTANCE) else {
+            return Self::from(&c.scene.interaction(ray, hit));
+        };
+        let SurfaceFrame { p, p_error, n, shading } = mesh.triangle(hit.primitive).surface(Vec2::new(hit.u, hit.v));
+        Self { p, p_error, n, ns: shading.n, wo: -ray.d, time: ray.time }
+    }
+}
+
+impl From<&Interaction> for Second {
+    #[inline(always)]
+    fn from(y: &Interaction) -> Self {
+        Self { p: y.p, p_error: y.p_error, n: y.n, ns: y.shading.n, wo: y.wo, time: y.time }
     }
 }
 
@@ -70,7 +103,7 @@ impl Places {
 pub(super) struct Densities<'a> {
     pub places: &'a Places,
     pub first: usize,
-    pub y: &'a Interaction,
+    pub y: &'a Second,
 }
 
 impl wide::Job for Densities<'_> {
@@ -79,13 +112,13 @@ impl wide::Job for Densities<'_> {
     #[inline(always)]
     fn run(self) -> [f32; LANES] {
         let (p, ns, y) = (self.places.p.lanes(self.first), self.places.ns.lanes(self.first), self.y);
-        let front = y.shading.n.dot(y.wo) > 0.0;
+        let front = y.ns.dot(y.wo) > 0.0;
         let mut a = [0.0; LANES];
         for (i, a) in a.iter_mut().enumerate() {
             let d = y.p - at(&p, i);
             let r2 = d.length_squared();
             let seen = at(&ns, i).dot(d) * y.n.dot(d).abs() / (r2 * r2) * FRAC_1_PI;
-            let same_side = (y.shading.n.dot(d) < 0.0) == front;
+            let same_side = (y.ns.dot(d) < 0.0) == front;
             *a = if same_side & (seen > 0.0) { seen } else { 0.0 };
         }
         a
@@ -96,7 +129,7 @@ impl wide::Job for Densities<'_> {
 pub(super) struct Aim<'a> {
     pub places: &'a Places,
     pub first: usize,
-    pub y: &'a Interaction,
+    pub y: &'a Second,
 }
 
 /// What [`Aim`] finds.
