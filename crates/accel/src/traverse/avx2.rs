@@ -6,7 +6,7 @@
 use super::plain::{Plain, TINY};
 use super::setup::Setup;
 use super::{Kernel, LaneHit, Nearest};
-use crate::layout::{Node, WIDTH};
+use crate::layout::{Child, Node, WIDTH};
 use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 use std::arch::x86_64::*;
@@ -214,12 +214,12 @@ impl Kernel for Avx2 {
         unsafe { compiled(accel, ray, shapes, instance, nearest) }
     }
 
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
+    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
-        fn compiled<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
-            super::occluded_in::<Avx2, S>(accel, ray, shapes)
+        fn compiled<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+            super::occluded_in::<Avx2, S>(accel, ray, shapes, last)
         }
         // SAFETY: see above.
-        unsafe { compiled(accel, ray, shapes) }
+        unsafe { compiled(accel, ray, shapes, last) }
     }
 }

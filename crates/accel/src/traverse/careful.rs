@@ -3,7 +3,7 @@
 //! It is slow and rarely asked. Its hits are those of the plain kernel up to rounding.
 
 use super::{Kernel, LaneHit, Nearest};
-use crate::layout::{Node, WIDTH};
+use crate::layout::{Child, Node, WIDTH};
 use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 
@@ -91,7 +91,7 @@ impl Kernel for Careful {
     }
 
     #[cold]
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
-        super::occluded_in::<Self, S>(accel, ray, shapes)
+    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+        super::occluded_in::<Self, S>(accel, ray, shapes, last)
     }
 }

@@ -93,7 +93,7 @@ trait Kernel: Sized {
     fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest);
 
     /// [`occluded_in`], compiled for this kernel's instructions.
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool;
+    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool;
 }
 
 /// How rays are cast. All give the same hits; the choice is there for tests and measurements.
@@ -154,7 +154,7 @@ pub(crate) fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> 
 /// Whether there is a hit within (0, `ray.t_max`).
 #[inline]
 pub(crate) fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
-    enter_occluded(accel, ray, shapes, accel.path)
+    enter_occluded(accel, ray, shapes, accel.path, &mut None)
 }
 
 /// The nearest hit of each ray that hits anything; `found` hears of them in any order, by the ray's place.
@@ -210,8 +210,11 @@ pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes
         });
         return;
     }
+    // What stopped one ray may well stop the next.
+    let mut last = None;
     order::by_kind(rays, rays.len().max(1), |_, these| {
-        these.iter().map(|i| *i as usize).filter(|i| occluded(accel, &rays[*i], shapes)).for_each(&mut found);
+        let is_stopped = |i: &usize| enter_occluded(accel, &rays[*i], shapes, accel.path, &mut last);
+        these.iter().map(|i| *i as usize).filter(is_stopped).for_each(&mut found);
     });
 }
 
@@ -237,14 +240,14 @@ fn enter_closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance
 }
 
 #[inline(always)]
-fn enter_occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, path: Path) -> bool {
+fn enter_occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, path: Path, last: &mut Option<Child>) -> bool {
     if !(accel.ordinary && setup::is_ordinary(ray)) {
-        return setup::is_sound(ray) && careful::Careful::occluded(accel, ray, shapes);
+        return setup::is_sound(ray) && careful::Careful::occluded(accel, ray, shapes, last);
     }
     match path {
         #[cfg(target_arch = "x86_64")]
-        Path::Avx2 | Path::Avx512 => avx2::Avx2::occluded(accel, ray, shapes),
-        _ => plain::Plain::occluded(accel, ray, shapes),
+        Path::Avx2 | Path::Avx512 => avx2::Avx2::occluded(accel, ray, shapes, last),
+        _ => plain::Plain::occluded(accel, ray, shapes, last),
     }
 }
 
@@ -307,12 +310,15 @@ fn closest_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, 
     }
 }
 
-/// Walks one tree until something is hit.
+/// Walks one tree until something is hit. `last` is the leaf of triangles that stopped the last ray: it is looked at first.
 #[inline(always)]
-fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
+fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
     let tree = &accel.tree;
     let Some(mut current) = tree.root else { return false };
     let kernel = K::new(ray);
+    if last.is_some_and(|leaf| stops(&kernel, tree, leaf, ray.t_max)) {
+        return true;
+    }
     let mut stack = Stack::<STACK>::new();
     loop {
         if current.is_node() {
@@ -334,9 +340,8 @@ fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S)
                 continue;
             }
         } else if current.is_triangles() {
-            let (first, count) = current.run();
-            // SAFETY: the build makes leaves of `count` triangles from reference `first` on, and pads the end.
-            if unsafe { kernel.any(tree.corners.as_ptr().add(first * ROWS), count, ray.t_max) } {
+            if stops(&kernel, tree, current, ray.t_max) {
+                *last = Some(current);
                 return true;
             }
         } else if occluded_other::<K, S>(accel, current.index(), ray, shapes) {
@@ -345,6 +350,14 @@ fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S)
         let Some(entry) = stack.pop() else { return false };
         current = child(entry);
     }
+}
+
+/// Whether one of a leaf's triangles stops the ray.
+#[inline(always)]
+fn stops<K: Kernel>(kernel: &K, tree: &Tree, leaf: Child, t_max: f32) -> bool {
+    let (first, count) = leaf.run();
+    // SAFETY: the build makes leaves of `count` triangles from reference `first` on, and pads the end.
+    unsafe { kernel.any(tree.corners.as_ptr().add(first * ROWS), count, t_max) }
 }
 
 /// Asks for the memory of a child that will be looked at later, so that it is near by then.
@@ -422,9 +435,9 @@ fn occluded_other<K: Kernel, S: CustomShapes>(accel: &Accel, index: usize, ray: 
             let child = &accel.children[inner.tree as usize];
             let local = inner.ray(ray);
             if child.ordinary && setup::is_ordinary(&local) {
-                K::occluded(child, &local, shapes)
+                K::occluded(child, &local, shapes, &mut None)
             } else {
-                setup::is_sound(&local) && careful::Careful::occluded(child, &local, shapes)
+                setup::is_sound(&local) && careful::Careful::occluded(child, &local, shapes, &mut None)
             }
         }
     }

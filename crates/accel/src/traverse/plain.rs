@@ -18,7 +18,7 @@
 
 use super::setup::Setup;
 use super::{Kernel, LaneHit, Nearest};
-use crate::layout::{Node, WIDTH};
+use crate::layout::{Child, Node, WIDTH};
 use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 
@@ -149,7 +149,7 @@ impl Kernel for Plain {
         super::closest_in::<Self, S>(accel, ray, shapes, instance, nearest);
     }
 
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S) -> bool {
-        super::occluded_in::<Self, S>(accel, ray, shapes)
+    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+        super::occluded_in::<Self, S>(accel, ray, shapes, last)
     }
 }

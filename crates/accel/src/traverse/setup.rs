@@ -13,9 +13,11 @@ pub(super) const SLACK: f32 = 8.0 * (f32::EPSILON / 2.0);
 /// Whether the numbers of the ray are ordinary: no overflow can happen in f32.
 #[inline(always)]
 pub(super) fn is_ordinary(ray: &Ray) -> bool {
-    // written so that a NaN gives `false`
-    let limit = Vec3::splat(ORDINARY);
-    ray.o.abs().cmple(limit).all() && ray.d.abs().cmple(limit).all() && ray.d.abs().max_element() >= 1.0 / ORDINARY
+    // Sizes as integers compare like the numbers, and a NaN is larger than all: no branches.
+    let size = |x: f32| x.to_bits() & !(1 << 31);
+    let largest = |v: Vec3| size(v.x).max(size(v.y)).max(size(v.z));
+    let (o, d) = (largest(ray.o), largest(ray.d));
+    (o.max(d) <= ORDINARY.to_bits()) & (d >= (1.0 / ORDINARY).to_bits())
 }
 
 /// Whether the ray is one at all: finite, and it goes somewhere.
