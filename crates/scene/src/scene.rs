@@ -10,6 +10,7 @@ use crate::texture::{Texture, TextureContext};
 use etendue_accel::{Accel, Hit};
 use etendue_bsdf::{Bsdf, Scatter};
 use etendue_numerics::{Bounds3, Ray, Spectrum, Transform, Vec2, Vec3, Wavelengths};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A compiled scene: immutable, flat, shared by all threads.
@@ -83,6 +84,42 @@ impl Scene {
     /// RT of many rays, in their order.
     pub fn intersect_each(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
         self.accel.closest_each(rays, &self.surfaces, hits);
+    }
+
+    /// Asks for the memory of what shading will look at where each ray ended, the surroundings included, so that nobody waits for it alone.
+    pub fn fetch_each(&self, rays: &[Ray], hits: &[Option<Hit>]) {
+        /// So many are asked for before the first is looked at.
+        const AHEAD: usize = 16;
+        /// What stays near by anyway.
+        const FEW: u64 = 1024;
+        if self.triangles < FEW && self.lights.environments().is_empty() {
+            return;
+        }
+        let fetch = |hit: &Hit, stages: Range<u32>| {
+            if let Some(mesh) = self.surface(SurfaceId(hit.geometry)).shape.mesh() {
+                stages.for_each(|stage| mesh.fetch(hit.primitive, stage));
+            }
+        };
+        let fetch_sky = |d: Vec3| {
+            for id in self.lights.environments() {
+                if let Model::Environment(sky) = &self.emitter(*id).model {
+                    sky.fetch_escaped(d);
+                }
+            }
+        };
+        let mut behind = hits.iter();
+        for (k, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            match hit {
+                Some(hit) => fetch(hit, 0..1),
+                None => fetch_sky(ray.d),
+            }
+            if k >= AHEAD
+                && let Some(Some(hit)) = behind.next()
+            {
+                fetch(hit, 1..3);
+            }
+        }
+        behind.flatten().for_each(|hit| fetch(hit, 1..3));
     }
 
     /// Whether anything stands in the way of each ray, null and mask surfaces included.

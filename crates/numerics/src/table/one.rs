@@ -78,6 +78,14 @@ impl Table1D {
         if i < self.len() { self.cdf[i + 1] - self.cdf[i] } else { 0.0 }
     }
 
+    /// Asks for the memory that [`Table1D::probability`] looks at.
+    #[inline]
+    pub(super) fn fetch(&self, i: usize) {
+        if let Some(step) = self.cdf.get(i) {
+            wide::fetch(step);
+        }
+    }
+
     /// Asks for the memory that [`Table1D::sample_discrete`] looks at first.
     #[inline]
     pub(super) fn fetch_guide(&self, u: f32) {

@@ -78,6 +78,14 @@ impl Table2D {
         }
     }
 
+    /// Asks for the memory that [`Table2D::probability`] looks at.
+    #[inline]
+    pub fn fetch(&self, column: usize, row: usize) {
+        if let Some(row) = self.rows.get(row) {
+            row.fetch(column);
+        }
+    }
+
     /// The probability of the cell in `column` and `row`; 0 beyond the table.
     #[inline]
     pub fn probability(&self, column: usize, row: usize) -> f32 {

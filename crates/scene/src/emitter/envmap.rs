@@ -157,11 +157,12 @@ impl Environment {
         if cells.sum() <= 0.0 {
             return None;
         }
-        Some(self.point(cells.sample_discrete(u), wl))
+        let (local, pdf_w, cell) = self.direction(cells.sample_discrete(u));
+        Some((local, pdf_w, self.radiance(cell, wl)))
     }
 
-    /// The direction at the place `rest` of a cell, with its p_w and Le.
-    fn point(&self, (column, row, probability, rest): (usize, usize, f32, Vec2), wl: &Wavelengths) -> (Vec3, f32, Spectrum) {
+    /// The direction at the place `rest` of a cell, with its p_w, and where it is in the picture.
+    fn direction(&self, (column, row, probability, rest): (usize, usize, f32, Vec2)) -> (Vec3, f32, (usize, usize, Vec2)) {
         let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
         let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
         let cos = top + (bottom - top) * rest.y;
@@ -169,7 +170,22 @@ impl Environment {
         let (sin_phi, cos_phi) = sin_cos(phi);
         let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
         let y = (safe_acos(cos) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
-        (d.normalize(), probability * per_sr, self.radiance((column, row, Vec2::new(rest.x, y)), wl))
+        (d.normalize(), probability * per_sr, (column, row, Vec2::new(rest.x, y)))
+    }
+
+    /// Asks for the memory of what a ray in direction d shows.
+    pub(crate) fn fetch_escaped(&self, d: Vec3) {
+        let (column, row, _) = self.cell(self.axes.to_local(d));
+        self.fetch(column, row);
+        self.excess.fetch(column, row);
+    }
+
+    /// Asks for the memory of the texels around a cell.
+    #[inline]
+    fn fetch(&self, column: usize, row: usize) {
+        let last = self.texels.height() - 1;
+        self.texels.fetch(column, row.min(last));
+        self.texels.fetch(column, (row + 1).min(last));
     }
 
     /// [`Light::sample`] for many points: what is looked up is asked for ahead.
@@ -192,23 +208,23 @@ impl Environment {
         let u: Vec<Vec2> = queries.iter().map(|query| query.u).collect();
         let mut drawn = Vec::new();
         cells.sample_discrete_each(&u, &mut drawn);
-        for (column, row, ..) in &drawn {
-            self.texels.fetch(*column, (*row).min(self.texels.height() - 1));
-            self.texels.fetch(*column, (row + 1).min(self.texels.height() - 1));
+        // Of those below the horizon nobody asks how bright they are.
+        let mut above = Vec::with_capacity(queries.len());
+        for (drawn, query) in drawn.into_iter().zip(queries) {
+            let (local, pdf_w, cell) = self.direction(drawn);
+            let wi = self.axes.to_world(local);
+            let faces = query.from.faces(wi);
+            if faces {
+                self.fetch(cell.0, cell.1);
+            }
+            above.push(faces.then_some((wi, pdf_w, cell)));
         }
-        for (i, (cell, query)) in drawn.iter().zip(queries).enumerate() {
-            found(i, Some(self.light_sample(scene, &query.from, id, self.point(*cell, of(wl, i)))));
+        for (i, (above, query)) in above.into_iter().zip(queries).enumerate() {
+            let sample = |(wi, pdf_w, cell)| {
+                light_sample(scene, &query.from, id, wi, Pdf::SolidAngle(pdf_w), self.radiance(cell, of(wl, i)))
+            };
+            found(i, above.map(sample));
         }
-    }
-
-    fn light_sample(
-        &self,
-        scene: &Scene,
-        from: &LightReference,
-        id: LightId,
-        (local, pdf_w, le): (Vec3, f32, Spectrum),
-    ) -> LightSample {
-        light_sample(scene, from, id, self.axes.to_world(local), Pdf::SolidAngle(pdf_w), le)
     }
 }
 
@@ -234,7 +250,9 @@ impl Light for Environment {
     }
 
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
-        Some(self.light_sample(scene, from, id, self.sample_local(self.sampled(from), u, wl)?))
+        let (local, pdf_w, le) = self.sample_local(self.sampled(from), u, wl)?;
+        let wi = self.axes.to_world(local);
+        from.faces(wi).then(|| light_sample(scene, from, id, wi, Pdf::SolidAngle(pdf_w), le))
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {

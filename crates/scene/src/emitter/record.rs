@@ -33,6 +33,12 @@ impl LightReference {
         Self { p, n: Vec3::ZERO, one_sided: false, shared: false }
     }
 
+    /// Whether light from the direction `wi` may be scattered there.
+    #[inline]
+    pub fn faces(&self, wi: Vec3) -> bool {
+        !self.one_sided || self.n == Vec3::ZERO || self.n.dot(wi) > 0.0
+    }
+
     /// A surface that scatters to the side of `x.wo` only: lights behind it are not chosen.
     #[inline]
     pub fn reflecting(x: &Interaction) -> Self {

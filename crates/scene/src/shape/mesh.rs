@@ -97,14 +97,19 @@ impl Mesh {
         if self.quad.is_some() { 0 } else { triangle }
     }
 
-    /// Asks for the memory of a primitive ahead of its use: of what is known of the triangle, then of its corners.
-    pub fn fetch(&self, primitive: u32, stage: u32) {
-        let triangle = &self.indices[primitive as usize];
-        if stage == 0 {
-            wide::fetch(triangle);
-            wide::fetch(&self.faces[primitive as usize]);
-        } else {
-            triangle.iter().for_each(|i| wide::fetch(&self.positions[*i as usize]));
+    /// Asks for the memory of a triangle ahead of its use: of what is known of it, then of its corners, then of what else shading looks at there.
+    pub fn fetch(&self, triangle: u32, stage: u32) {
+        let index = &self.indices[triangle as usize];
+        match stage {
+            0 => {
+                wide::fetch(index);
+                wide::fetch(&self.faces[triangle as usize]);
+            }
+            1 => index.iter().for_each(|i| wide::fetch(&self.positions[*i as usize])),
+            _ => {
+                index.iter().filter_map(|i| self.normals.get(*i as usize)).for_each(wide::fetch);
+                index.iter().filter_map(|i| self.uvs.get(*i as usize)).for_each(wide::fetch);
+            }
         }
     }
 

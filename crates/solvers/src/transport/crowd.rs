@@ -85,6 +85,7 @@ impl<'a> Crowd<'a> {
             self.rays.clear();
             self.rays.extend(self.going.iter().map(|i| self.walks[*i as usize].ray));
             c.scene.intersect_each(&self.rays, &mut self.hits);
+            c.scene.fetch_each(&self.rays, &self.hits);
             *rays += self.going.len() as u64;
 
             // The next vertex.
