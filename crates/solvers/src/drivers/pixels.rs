@@ -206,8 +206,9 @@ impl SamplePlan {
         if edge == 1 {
             return [x, y];
         }
+        // The edge is a power of two.
         let turn = mix(self.seed ^ mix(u64::from(y >> 1) << 32 ^ u64::from(x >> 1))) as u32;
-        let place = |x: u32, turn: u32| x - x % (2 * edge) + (x >> 1) % edge + ((x ^ turn) & 1) * edge;
+        let place = |x: u32, turn: u32| (x & !(2 * edge - 1)) + (x >> 1 & (edge - 1)) + ((x ^ turn) & 1) * edge;
         [place(x, turn), place(y, turn >> 1)]
     }
 
@@ -237,10 +238,7 @@ fn fill<'a>(
     let mut positions = Vec::with_capacity(pixels.len());
     let mut ends = ends.iter().peekable();
     crowd.clear();
-    let walk = |pixel: &[u32; 2]| {
-        let [x, y] = plan.together(edge, *pixel);
-        (*pixel, plan.sampler(run, x, y))
-    };
+    let walk = |(pixel, [x, y]): &([u32; 2], [u32; 2])| (*pixel, plan.sampler(run, *x, *y));
     set_out(c, run.view, &pixels, walk, crowd, |crowd, position| {
         positions.push(position);
         if ends.next_if_eq(&&positions.len()).is_some() {
@@ -251,14 +249,15 @@ fn fill<'a>(
     solver.radiances(c, crowd, &mut rays);
 
     // What they collected, tile by tile.
-    let seen: Vec<_> = positions.into_iter().zip(crowd.collected()).collect();
-    let mut seen = order.iter().map(|i| seen[*i]);
+    let mut next = 0..pixels.len();
     for index in todo() {
         let (low, high) = tiling.rectangle(index);
         tile.begin(low, high);
         let mut tracked = work.replicates.map(|r| r.lock().unwrap_or_else(PoisonError::into_inner));
-        for (pixel, (position, l)) in tiling.pixels(index).zip(&mut seen) {
-            tile.add(position, l, plan.pass);
+        for (pixel, k) in tiling.pixels(index).zip(&mut next) {
+            let i = order.get(k).copied().unwrap_or(k);
+            let l = crowd.walks[i].seen();
+            tile.add(positions[i], l, plan.pass);
             if let Some(sums) = &mut tracked
                 && let Some(slot) = sums.slot(pixel)
             {
@@ -271,7 +270,7 @@ fn fill<'a>(
         work.progress.tiles.fetch_add(1, Ordering::Relaxed);
     }
     work.progress.rays.fetch_add(rays, Ordering::Relaxed);
-    work.progress.paths.fetch_add(order.len() as u64, Ordering::Relaxed);
+    work.progress.paths.fetch_add(next.start as u64, Ordering::Relaxed);
 }
 
 /// Adds a walk about to leave the eye for each of `places`; `walk` says through which pixel of the whole film, and with which numbers. `added` hears of each in turn,
@@ -305,9 +304,9 @@ pub(super) fn set_out<'a, T>(
 /// The pixels of some tiles, those beyond them that belong to their blocks included. Four blocks are mingled in a square of twice their edge
 /// ([`SamplePlan::together`]), lest the errors that a block has in common be seen as a block.
 struct Places {
-    /// In pixels of the whole film, block by block.
-    pixels: Vec<[u32; 2]>,
-    /// For each pixel of the tiles, row by row, its place among those.
+    /// In pixels of the whole film, block by block; each with the place whose numbers it takes.
+    pixels: Vec<([u32; 2], [u32; 2])>,
+    /// For each pixel of the tiles, row by row, its place among those; nothing where they are the same.
     order: Vec<usize>,
     /// Where blocks end.
     ends: Vec<usize>,
@@ -315,30 +314,30 @@ struct Places {
 
 impl Places {
     fn new(plan: &SamplePlan, tiling: &Tiling, tiles: impl Iterator<Item = usize>, edge: u32, film: &FilmSettings) -> Self {
-        let mut all = Self { pixels: Vec::with_capacity(CROWD), order: Vec::with_capacity(CROWD), ends: Vec::new() };
+        let mut all = Self { pixels: Vec::with_capacity(CROWD), order: Vec::new(), ends: Vec::new() };
         let [left, top] = film.crop_offset;
         for tile in tiles {
             if edge == 1 {
-                all.pixels.extend(tiling.pixels(tile).map(|[x, y]| [x + left, y + top]));
-                all.order.extend(all.order.len()..all.pixels.len());
+                all.pixels.extend(tiling.pixels(tile).map(|[x, y]| [x + left, y + top]).map(|pixel| (pixel, pixel)));
                 continue;
             }
             let (low, high) = tiling.rectangle(tile);
             let (first, width) = (all.order.len(), high[0] - low[0]);
             all.order.resize(first + (width * (high[1] - low[1])) as usize, 0);
             for [left, top, right, bottom] in tiling.squares(tile, 2 * edge, film) {
-                let mut blocks: [Vec<[u32; 2]>; 4] = Default::default();
+                let mut blocks: [Vec<_>; 4] = Default::default();
                 for pixel in (top..bottom).flat_map(|y| (left..right).map(move |x| [x, y])) {
-                    let [x, y] = plan.together(edge, pixel).map(|x| (x / edge % 2) as usize);
-                    blocks[x | y << 1].push(pixel);
+                    let place = plan.together(edge, pixel);
+                    let [x, y] = place.map(|x| usize::from(x & edge != 0));
+                    blocks[x | y << 1].push((pixel, place));
                 }
                 for same in blocks.iter().filter(|same| !same.is_empty()) {
-                    for [x, y] in same {
+                    for (pixel @ [x, y], place) in same {
                         let at = [x.wrapping_sub(film.crop_offset[0]), y.wrapping_sub(film.crop_offset[1])];
                         if (low[0]..high[0]).contains(&at[0]) && (low[1]..high[1]).contains(&at[1]) {
                             all.order[first + ((at[1] - low[1]) * width + at[0] - low[0]) as usize] = all.pixels.len();
                         }
-                        all.pixels.push([*x, *y]);
+                        all.pixels.push((*pixel, *place));
                     }
                     all.ends.push(all.pixels.len());
                 }
