@@ -1,18 +1,22 @@
-//! Many walks at once give the bits of each alone: the batched driver and path-mis on lanes against the scalar step, picture by picture.
+//! Many walks at once give the bits of each alone: the batched driver, path-mis and path-guided on lanes against the scalar step, picture by picture.
 
 mod common;
 
 use common::bidirectional::one_by_one;
 use common::*;
 use etendue_accel::Hit;
-use etendue_numerics::{Sampler, Spectrum};
+use etendue_numerics::warp::square_to_equal_area_sphere;
+use etendue_numerics::{Dim, Sampler, SequenceKind, Spectrum, Vec3};
 use etendue_scene::Scene;
 use etendue_solvers::bidirectional::{Bidirectional, Strategies, worth::Worth};
 use etendue_solvers::drivers::PixelSolver;
+use etendue_solvers::path_guided::field::{Field, Photon};
+use etendue_solvers::path_guided::walk::Guided;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::solver::{CannotGoOn, Needs};
 use etendue_solvers::transport::{Context, Crowd, Heuristic, PathSolver, PathState, Step, trace};
 use etendue_solvers::{PathRules, Run, Solver, Stop, Work};
+use std::sync::LazyLock;
 
 /// path-mis, one walk after the other.
 struct OneByOne(PathMis);
@@ -38,6 +42,31 @@ impl PathSolver for StepByStep {
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
         self.0.scatter(c, state, hit, u)
     }
+}
+
+/// path-guided in crowds, but with the scalar step.
+struct GuidedStepByStep<'a>(Guided<'a>);
+
+impl PathSolver for GuidedStepByStep<'_> {
+    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        self.0.scatter(c, state, hit, u)
+    }
+}
+
+fn guide() -> &'static Field {
+    static GUIDE: LazyLock<Field> = LazyLock::new(any_guide);
+    &GUIDE
+}
+
+/// A guide of photons from anywhere to anywhere on four of six sides, more of them from above: right or wrong does not matter here.
+fn any_guide() -> Field {
+    let photon = |i: u32| {
+        let u = Sampler::new(SequenceKind::Independent, 5, 0, i, 1 << 14);
+        let at = |d: u32| square_to_equal_area_sphere(u.u2(Dim(d)));
+        let n = if i % 4 < 2 { Vec3::X } else { Vec3::Y } * if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+        Photon { p: at(0), wi: (at(1) + 0.5 * Vec3::Y).normalize(), n, flux: 0.1 + u.u1(Dim(2)) }
+    };
+    Field::new(&(0..1 << 14).map(photon).collect::<Vec<_>>())
 }
 
 const SIZE: [u32; 2] = [40, 24];
@@ -72,6 +101,10 @@ fn must_be_equal(name: &str, scene: &mut Scene, rules: PathRules) {
             );
             assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: lanes");
         }
+        let (guided, job) = (Guided { field: guide() }, samples(3).with(rules));
+        let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
+        let steps = bits(render(scene, &GuidedStepByStep(Guided { field: guide() }), job).0);
+        assert!(bits(render(scene, &guided, job).0) == steps, "{name}, spectral {spectral}: guided lanes");
         for (block, follow) in [(1, 0.5), (2, 1.0), (2, 2.0)] {
             let (solver, job) = (PathMis { heuristic, block, follow }, samples(3).with(rules));
             let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();

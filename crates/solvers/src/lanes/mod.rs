@@ -9,18 +9,19 @@
 //! | random numbers | `Sampler::u2` | `Sampler::u2_each` |
 //! | a light | `Scene::sample_light` | [`light`]: a lone lamp; else the same, walk by walk |
 //! | its connection | `transport::connection` | [`connect`] |
-//! | the next direction | `Vertex::sample`, `PathState::turn` | [`turn`] |
+//! | the next direction | `Vertex::sample`, `PathState::turn` | [`turn`]; by a guide [`steer`] |
 
 mod connect;
 mod light;
 pub(crate) mod pairs;
 mod place;
+mod steer;
 mod turn;
 mod vertices;
 
 use crate::neighbours::First;
 use crate::path_mis::PathMis;
-use crate::transport::{Context, Crowd, PathSolver, PathState, Step, slot};
+use crate::transport::{Context, Crowd, HOPE, PathSolver, PathState, Step, slot};
 use connect::Connect;
 use etendue_accel::Hit;
 use etendue_bsdf::{Scatter, lobes};
@@ -29,6 +30,18 @@ use etendue_scene::{ColorSlot, Lone, NO_INSTANCE, SurfaceId, TextureContext};
 use place::Place;
 use turn::Turn;
 use vertices::{Lane, Vertices};
+
+/// A solver whose walks differ from those of [`PathMis`] in how they turn, and in nothing else.
+trait Turns: PathSolver {
+    /// κ of roulette.
+    const HOPE: f32;
+
+    /// What they have in common.
+    fn mis(&self) -> &PathMis;
+
+    /// Turns the walks in lanes, all of which are at the same `vertex`.
+    fn turn(&self, v: &mut Vertices, vertex: u32, roulette: bool);
+}
 
 /// Memory for the vertices, used again and again.
 pub(crate) struct Lanes(Box<Vertices>);
@@ -40,7 +53,8 @@ impl Default for Lanes {
 }
 
 /// Advances all walks of the crowd by one vertex.
-pub(crate) fn scatter_all<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>) {
+#[expect(private_bounds, reason = "the two solvers that turn on lanes are listed here")]
+pub(crate) fn scatter_all<'a>(solver: &impl Turns, c: &Context<'a>, crowd: &mut Crowd<'a>) {
     let c = &c.eager();
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
@@ -49,7 +63,7 @@ pub(crate) fn scatter_all<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Cro
     for (i, hit) in going.iter().zip(&hits) {
         let (walk, u) = (&mut crowd.walks[*i as usize], &crowd.samplers[*i as usize]);
         match hit.as_ref().and_then(|hit| Some((hit, lambert(c, walk, hit)?))) {
-            Some((hit, lambert)) => gather(solver, c, v, *i, walk, u, hit, lambert),
+            Some((hit, lambert)) => gather(solver.mis(), c, v, *i, walk, u, hit, lambert),
             None => {
                 let before = crowd.neighbours.watches(walk.vertex).then_some(*walk);
                 let step = solver.scatter(c, walk, *hit, u);
@@ -116,7 +130,7 @@ fn reflectance<'a>(rho: &ColorSlot, wl: &Wavelengths, at: impl Fn() -> TextureCo
 }
 
 /// Advances the walks in lanes, and empties them.
-fn advance<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>, v: &mut Vertices, lone: Option<&Lone>) {
+fn advance<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>, v: &mut Vertices, lone: Option<&Lone>) {
     if v.count() == 0 {
         return;
     }
@@ -130,22 +144,17 @@ fn advance<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>, v: &mut
     }
     draw(&v.samplers, Dim::at(vertex, slot::LIGHT_POINT), &mut v.u_point);
     light::sample(c, v, lone);
-    wide::widest(Connect { vertices: v, heuristic: solver.heuristic });
+    wide::widest(Connect { vertices: v, heuristic: solver.mis().heuristic });
 
     // The next direction.
-    let roulette = vertex >= c.rules.rr_depth();
-    draw(&v.samplers, Dim::at(vertex, slot::BSDF), &mut v.u_bsdf);
-    if roulette {
-        draw(&v.samplers, Dim::at(vertex, slot::LOBE), &mut v.u_lobe);
-    }
-    wide::widest(Turn { vertices: v, roulette });
+    solver.turn(v, vertex, vertex >= c.rules.rr_depth());
 
     for i in 0..v.count() {
         let walk = v.walk[i];
         let state = &mut crowd.walks[walk as usize];
         let (shadow, goes_on) = (v.shadow(i, state.edges + 1), v.goes_on[i] != 0);
         if goes_on {
-            v.store(i, state);
+            v.store(i, state, T::HOPE);
             if vertex == 1 && crowd.neighbours.watches(vertex) {
                 let beta = state.beta.carry(Spectrum::ONE);
                 let first =
@@ -156,6 +165,22 @@ fn advance<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>, v: &mut
         crowd.take(walk, &Step { shadow, goes_on });
     }
     v.clear();
+}
+
+impl Turns for PathMis {
+    const HOPE: f32 = HOPE;
+
+    fn mis(&self) -> &PathMis {
+        self
+    }
+
+    fn turn(&self, v: &mut Vertices, vertex: u32, roulette: bool) {
+        draw(&v.samplers, Dim::at(vertex, slot::BSDF), &mut v.u_bsdf);
+        if roulette {
+            draw(&v.samplers, Dim::at(vertex, slot::LOBE), &mut v.u_lobe);
+        }
+        wide::widest(Turn { vertices: v, roulette });
+    }
 }
 
 /// The numbers of all lanes in one dimension.

@@ -23,32 +23,45 @@ impl wide::Job for Turn<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let v = self.vertices;
-        let [disk_x, disk_y] = &mut [[0.0; LANES]; 2];
-        for i in 0..v.lanes() {
-            let disk = square_to_disk(Vec2::new(v.u_bsdf[0][i], v.u_bsdf[1][i]));
-            (disk_x[i], disk_y[i]) = (disk.x, disk.y);
-        }
-        for i in 0..v.lanes() {
-            let frame = v.frame(i);
-            let turned = v.is_turned[i] != 0;
-            let wo = frame.n.dot(v.wo.get(i));
-            let above = if turned { wo < 0.0 } else { wo > 0.0 };
-            let local = disk_to_cosine_hemisphere(Vec2::new(disk_x[i], disk_y[i]));
-            let wi = frame.to_world(Vec3::new(local.x, local.y, if turned { -local.z } else { local.z }));
-            v.ray.d.set(i, wi);
-            v.ray.o.set(i, offset_origin(v.p.get(i), v.p_error.get(i), v.n.get(i), wi));
-            v.pdf[i] = local.z.max(0.0) * FRAC_1_PI;
-
-            let (b, rho) = (v.beta.get(i), v.rho.get(i));
-            let beta = [b[0] * rho[0], b[1] * rho[1], b[2] * rho[2], b[3] * rho[3]];
-            let alive = (beta[0] != 0.0) | (beta[1] != 0.0) | (beta[2] != 0.0) | (beta[3] != 0.0);
-            v.beta.set(i, beta);
-            v.goes_on[i] = u32::from(above & alive);
-        }
+        aim(self.vertices);
+        weaken(self.vertices);
         if self.roulette {
-            survive(v);
+            survive(self.vertices);
         }
+    }
+}
+
+/// Directions as the BSDF has them.
+#[inline(always)]
+pub(super) fn aim(v: &mut Vertices) {
+    let [disk_x, disk_y] = &mut [[0.0; LANES]; 2];
+    for i in 0..v.lanes() {
+        let disk = square_to_disk(Vec2::new(v.u_bsdf[0][i], v.u_bsdf[1][i]));
+        (disk_x[i], disk_y[i]) = (disk.x, disk.y);
+    }
+    for i in 0..v.lanes() {
+        let frame = v.frame(i);
+        let turned = v.is_turned[i] != 0;
+        let wo = frame.n.dot(v.wo.get(i));
+        let above = if turned { wo < 0.0 } else { wo > 0.0 };
+        let local = disk_to_cosine_hemisphere(Vec2::new(disk_x[i], disk_y[i]));
+        let wi = frame.to_world(Vec3::new(local.x, local.y, if turned { -local.z } else { local.z }));
+        v.ray.d.set(i, wi);
+        v.ray.o.set(i, offset_origin(v.p.get(i), v.p_error.get(i), v.n.get(i), wi));
+        v.pdf[i] = local.z.max(0.0) * FRAC_1_PI;
+        v.goes_on[i] = u32::from(above);
+    }
+}
+
+/// What is lost there.
+#[inline(always)]
+fn weaken(v: &mut Vertices) {
+    for i in 0..v.lanes() {
+        let (b, rho) = (v.beta.get(i), v.rho.get(i));
+        let beta = [b[0] * rho[0], b[1] * rho[1], b[2] * rho[2], b[3] * rho[3]];
+        let alive = (beta[0] != 0.0) | (beta[1] != 0.0) | (beta[2] != 0.0) | (beta[3] != 0.0);
+        v.beta.set(i, beta);
+        v.goes_on[i] &= u32::from(alive);
     }
 }
 

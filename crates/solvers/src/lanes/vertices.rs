@@ -1,6 +1,6 @@
 //! Vertices on Lambert's surfaces, side by side: one array a number, one place a walk.
 
-use crate::transport::{HOPE, PathState, ShadowQuery, Throughput};
+use crate::transport::{PathState, ShadowQuery, Throughput};
 use etendue_numerics::{Frame, Pdf, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths, wide};
 use etendue_scene::{Interaction, LightReference, LightSample, SurfaceFrame, Triangle, shape::Mesh};
 
@@ -85,6 +85,16 @@ pub(super) struct Lights {
     pub is_there: Flags,
 }
 
+/// What a guide says of the next direction of each vertex.
+pub(super) struct Guides {
+    /// A direction: the BSDF's, then the guide's where that was chosen.
+    pub square: [Lane; 2],
+    pub is_chosen: Flags,
+    /// a and p_g.
+    pub a: Lane,
+    pub pdf: Lane,
+}
+
 /// The triangle that each vertex lies on, and where.
 pub(super) struct Triangles {
     corners: [Lane3; 3],
@@ -145,6 +155,7 @@ pub(super) struct Vertices {
     pub is_lit: Flags,
 
     // The next ray.
+    pub guide: Guides,
     pub ray: Rays,
     pub pdf: Lane,
     pub goes_on: Flags,
@@ -193,6 +204,7 @@ impl Vertices {
             shadow_end: one,
             contribution: colours,
             is_lit: flags,
+            guide: Guides { square: [one; 2], is_chosen: flags, a: one, pdf: one },
             ray: rays(),
             pdf: one,
             goes_on: flags,
@@ -343,9 +355,9 @@ impl Vertices {
         (self.is_lit[i] != 0).then(|| ShadowQuery { ray, contribution: self.contribution.spectrum(i), edges })
     }
 
-    /// Sends the walk of vertex i on its way.
+    /// Sends the walk of vertex i on its way, with κ of roulette.
     #[inline(always)]
-    pub fn store(&self, i: usize, state: &mut PathState) {
+    pub fn store(&self, i: usize, state: &mut PathState, hope: f32) {
         state.ray = Ray { time: self.times[i], ..Ray::new(self.ray.o.get(i), self.ray.d.get(i)) };
         state.beta = Throughput::ONE;
         state.beta.scatter(self.beta.spectrum(i));
@@ -353,7 +365,8 @@ impl Vertices {
         state.from = self.from(i);
         state.edges += 1;
         state.vertex += 1;
-        state.relate(HOPE);
+        state.roulette_scale = self.roulette_scale[i];
+        state.relate(hope);
     }
 
     #[inline(always)]

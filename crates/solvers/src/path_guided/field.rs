@@ -5,7 +5,7 @@
 //! Φ dA ~ L |cosθ| dwi dA:    p_g(wi) ∝ L |cosθ| = π f |cosθ| L / ρ    where the surface is Lambert's
 //! ```
 //!
-//! Places are divided at the median along the longest side of their box until a leaf holds at most 128 photons. Surfaces are told apart by
+//! Places are divided at the median along the longest side of their box until a leaf holds at most 256 photons. Surfaces are told apart by
 //! the axis that their normals are nearest to, so that the two sides of a wall, or a wall and the floor, know nothing of each other.
 
 use super::quadtree::{Point, Quadtree};
@@ -15,7 +15,7 @@ use etendue_numerics::{Bounds3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Photons of a leaf at most.
-const MOST: usize = 128;
+const MOST: usize = 256;
 /// 1 - a of a leaf of many photons, and how many equal ones are worth half of that.
 const GUIDED: f32 = 0.5;
 const HALF: f32 = 16.0;
@@ -133,14 +133,27 @@ impl Leaf {
     /// p_g(wi), 1/sr.
     #[inline]
     pub fn pdf(&self, wi: Vec3) -> f32 {
-        self.guide.pdf(equal_area_sphere_to_square(wi)) / (4.0 * PI)
+        self.pdf_square(equal_area_sphere_to_square(wi))
+    }
+
+    /// The same, of a direction's point in the square.
+    #[inline]
+    pub(crate) fn pdf_square(&self, s: Vec2) -> f32 {
+        self.guide.pdf(s) / (4.0 * PI)
     }
 
     /// A direction wi, and p_g(wi), 1/sr.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec3, f32) {
-        let (square, pdf) = self.guide.sample(u);
-        (square_to_equal_area_sphere(square), pdf / (4.0 * PI))
+        let (s, pdf) = self.sample_square(u);
+        (square_to_equal_area_sphere(s), pdf)
+    }
+
+    /// The same as a point of the square.
+    #[inline]
+    pub(crate) fn sample_square(&self, u: Vec2) -> (Vec2, f32) {
+        let (s, pdf) = self.guide.sample(u);
+        (s, pdf / (4.0 * PI))
     }
 }
 

@@ -21,8 +21,8 @@ use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-/// How long a guided walk takes, of one of `path-mis`: 2 to 2.5 times; and what M promises and pictures do not keep, for walks of `path-mis` share what they find.
-const TIME: f64 = 8.0;
+/// How long a guided walk takes, of one of `path-mis`: about twice; and what M promises and pictures do not keep, by measurement about as much again.
+const TIME: f64 = 4.5;
 /// Walks of a unit of work.
 const CHUNK: u64 = 256;
 /// Blocks of the film across and down.

@@ -9,16 +9,21 @@
 //!
 //! Roulette looks at what β would be without a guide: a walk is not worth less for being sent where there is light. It is gentler than that of `path-mis`
 //! ([`HOPE`]), whose walks mostly find nothing if they go on. Discrete directions are never guided.
+//!
+//! In crowds walks turn on lanes where surfaces are Lambert's (`lanes/steer.rs`), to the same bits.
 
 use super::field::{Field, Leaf};
+use crate::lanes;
 use crate::path_mis::PathMis;
-use crate::transport::{self, Context, PathSolver, PathState, Step, Vertex, VertexSample, mis_weight, next_event, slot};
+use crate::transport::{
+    self, Context, Crowd, Heuristic, PathSolver, PathState, Step, Vertex, VertexSample, mis_weight, next_event, slot,
+};
 use etendue_accel::Hit;
 use etendue_bsdf::Event;
 use etendue_numerics::{Pdf, Sampler, Vec2};
 
 /// κ of roulette: how much brighter what a walk goes on to may be than what it has left.
-pub const HOPE: f32 = 3.0;
+pub const HOPE: f32 = 8.0;
 
 /// Walks by what `field` knows.
 pub struct Guided<'a> {
@@ -44,13 +49,20 @@ impl PathSolver for Guided<'_> {
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
         self.step(c, state, hit, u).0
     }
+
+    fn scatter_all<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) {
+        lanes::scatter_all(self, c, crowd);
+    }
 }
 
 impl Guided<'_> {
+    /// What guided walks have of `path-mis`.
+    pub(crate) const MIS: PathMis = PathMis::alone(Heuristic::Power);
+
     /// The step, and what its turn owes to the guide.
     #[inline(always)]
     pub(super) fn step(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> (Step, Turned) {
-        let mis = PathMis::default();
+        let mis = Self::MIS;
         let c = &c.eager();
         // Light that the walk meets.
         let Some(hit) = &hit else {
