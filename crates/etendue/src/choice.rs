@@ -38,6 +38,11 @@ impl Choice {
         }
     }
 
+    /// Whether walks of neighbouring pixels share what they find.
+    pub(crate) fn shares(&self) -> bool {
+        matches!(self, Self::Solver(solver) if solver.parameters().iter().any(|p| p.name == "block" && p.value != "1"))
+    }
+
     /// The solver's parameters as `name=value`, with spaces between; defaults included.
     pub(crate) fn parameters(&self) -> String {
         match self {

@@ -262,6 +262,11 @@ pub(crate) fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> 
 fn spread(options: &RenderOptions, stop: Stop, choice: &Choice) -> Result<Spread, RenderError> {
     match options.spread {
         _ if !matches!(stop, Stop::Noise { .. }) => Ok(Spread::Uniform),
+        Some(Spread::Adaptive) if choice.shares() => Err(RenderError(
+            "walks of neighbouring pixels share what they find where all take as many samples: `block` and an adaptive spread exclude each other\n  \
+            help: give one of the two up: --param block=1, or --spread uniform"
+                .to_owned(),
+        )),
         Some(Spread::Adaptive) if !choice.adapts() => Err(RenderError(
             "this solver spreads its samples uniformly: what it finds from the lights, or all over the picture at once, falls into any pixel\n  \
             help: solvers that take more samples where there is noise: path-mis, path-nee, path, direct, whitted, distribution"

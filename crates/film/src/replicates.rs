@@ -44,6 +44,11 @@ fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { gcd(b, a % b) }
 }
 
+/// e of a picture of this mean.
+fn floor(mean: f64) -> f64 {
+    0.01 * mean * mean
+}
+
 const UNIT: f64 = 1_048_576.0;
 
 impl Replicates {
@@ -87,30 +92,42 @@ impl Replicates {
         }
     }
 
-    /// (s²/K) / (x̄² + e) of each tracked pixel, channel by channel, after `passes` passes of each replicate.
+    /// In a channel of a tracked pixel, after `passes` passes of each replicate: x̄, and s²/K as the parts that each replicate has in it.
+    fn statistics(&self, slot: usize, channel: usize, passes: u32) -> (f64, [f64; Self::K]) {
+        let (k, scale) = (Self::K as f64, 1.0 / (UNIT * f64::from(passes.max(1))));
+        let x: [f64; Self::K] = std::array::from_fn(|r| self.sums[r * self.count + slot][channel] as f64 * scale);
+        let mean = x.iter().sum::<f64>() / k;
+        (mean, x.map(|x| (x - mean).powi(2) / (k - 1.0) / k))
+    }
+
+    /// (s²/K) / (x̄² + e) of each tracked pixel, channel by channel.
     fn ratios(&self, passes: u32) -> Vec<[f64; 3]> {
-        let k = Self::K as f64;
-        let scale = 1.0 / (UNIT * f64::from(passes.max(1)));
-        let statistics = |slot: usize, channel: usize| {
-            let x = |r: usize| self.sums[r * self.count + slot][channel] as f64 * scale;
-            let mean = (0..Self::K).map(x).sum::<f64>() / k;
-            let variance = (0..Self::K).map(|r| (x(r) - mean).powi(2)).sum::<f64>() / (k - 1.0) / k;
-            (mean, variance)
-        };
-        let pixels: Vec<_> = (0..self.count).map(|p| [0, 1, 2].map(|c| statistics(p, c))).collect();
+        let total = |(mean, parts): (f64, [f64; Self::K])| (mean, parts.iter().sum::<f64>());
+        let pixels: Vec<_> = (0..self.count).map(|p| [0, 1, 2].map(|c| total(self.statistics(p, c, passes)))).collect();
         let n = (3 * pixels.len()).max(1) as f64;
         let square = |(mean, variance): (f64, f64)| (mean * mean - variance).max(0.0);
-        let e = 0.01 * (pixels.iter().flatten().map(|p| p.0).sum::<f64>() / n).powi(2);
+        let e = floor(pixels.iter().flatten().map(|p| p.0).sum::<f64>() / n);
         if e <= 0.0 {
             return vec![[0.0; 3]; self.count];
         }
         pixels.iter().map(|pixel| pixel.map(|p| p.1 / (square(p) + e))).collect()
     }
 
-    /// Of each tracked pixel its place, rows from the top, and its variance relative to what relMSE divides by: mean over channels.
-    pub(crate) fn variances(&self, passes: u32) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let stride = self.stride as usize;
-        self.ratios(passes).into_iter().enumerate().map(move |(slot, r)| (slot * stride, (r[0] + r[1] + r[2]) / 3.0))
+    /// Of each tracked pixel its place, rows from the top, its variance v relative to what relMSE divides by in this `picture`, mean over channels, and the sum of
+    /// the squares of the parts that each replicate has in v.
+    pub(crate) fn variances(&self, passes: u32, picture: &[[f32; 3]]) -> impl Iterator<Item = (usize, f64, f64)> {
+        let n = (3 * picture.len()).max(1) as f64;
+        let e = floor(picture.iter().flatten().map(|r| f64::from(*r)).sum::<f64>() / n);
+        (0..self.count).map(move |slot| {
+            let place = slot * self.stride as usize;
+            let mut parts = [0.0; Self::K];
+            for (c, r) in picture[place].into_iter().enumerate().filter(|_| e > 0.0) {
+                let below = 3.0 * (f64::from(r).powi(2) + e);
+                parts.iter_mut().zip(self.statistics(slot, c, passes).1).for_each(|(part, square)| *part += square / below);
+            }
+            let (v, squares) = parts.iter().fold((0.0, 0.0), |(v, squares), part| (v + part, squares + part * part));
+            (place, v, squares)
+        })
     }
 
     /// The estimate after `passes` passes of each replicate. `noise_factor` is the variance that the reconstruction filter leaves of a

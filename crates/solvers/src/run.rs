@@ -3,7 +3,7 @@
 use crate::drivers::Checkpoint;
 use crate::solver::CannotGoOn;
 use crate::transport::PathRules;
-use etendue_film::NoiseEstimate;
+use etendue_film::{Allocation, NoiseEstimate};
 use etendue_numerics::SequenceKind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
@@ -135,7 +135,12 @@ impl Run<'_> {
         match self.stop {
             Stop::Samples(n) => n.max(1),
             Stop::Time(_) => 1 << 16,
-            Stop::Noise { limit, .. } => limit.div_ceil(etendue_film::Replicates::K as u32).max(1),
+            Stop::Noise { limit, .. } => {
+                let even = limit.div_ceil(etendue_film::Replicates::K as u32).max(1);
+                // Where a pixel takes more than its share, its numbers are still of one set.
+                let most = if self.spread == Spread::Adaptive { even.saturating_mul(Allocation::MOST).min(1 << 16) } else { even };
+                most.max(even)
+            }
         }
     }
 }

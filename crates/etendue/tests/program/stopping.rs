@@ -55,6 +55,10 @@ fn samples_go_where_the_noise_is() {
     let refused = bench
         .bad(1, &["render", "--width", "16", "--solver", "bidirectional", "--noise", "50", "--spread", "adaptive", "-o", "b.exr"]);
     refused.says(&["spreads its samples uniformly", "path-mis"]);
+    let shared = ["--solver", "path-mis", "--param", "block=4", "--noise", "50", "--spread", "adaptive", "-o", "b.exr"];
+    bench
+        .bad(1, &[&["render", "--width", "16"], &shared[..]].concat())
+        .says(&["`block` and an adaptive spread exclude each other", "block=1"]);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Passes over pixels that take as many samples in each as it is allotted ([`etendue_film::Allocation`]), tile by tile.
 //!
-//! A sample weighs what makes its round count in every pixel alike. Walks are alone here, also those of solvers that would share what neighbours find: a block of pixels
-//! shares where all of it takes the same number of samples.
+//! A sample weighs what makes its round count in every pixel alike. Walks are alone here: solvers whose walks share what neighbours find do so where all take as many samples, and
+//! do not come here.
 
 use super::Work;
 use super::pixels::{CROWD, PixelSolver, SamplePlan, Tiling, set_out};

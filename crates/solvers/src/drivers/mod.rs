@@ -96,7 +96,7 @@ pub fn render<S: Solver>(
         let time_up = || matches!(run.stop, Stop::Time(limit) if k > 0 && begun.elapsed() >= limit);
         let stop_now = || run.cancel.is_cancelled() || time_up();
         if !stop_now() {
-            let (replicates, allocation) = (replicates.as_ref(), allocation.as_ref());
+            let (replicates, allocation) = (replicates.as_ref(), allocation.as_ref().filter(|a| !a.is_even()));
             let work = Work { film, replicates, allocation, units: &ledger, stop_now: &stop_now, progress: run.progress };
             if let Err(why) = run.pool.install(|| solver.pass(scene, run, &mut state, k, &work)) {
                 break Stopped::Failed(why);
@@ -122,7 +122,7 @@ pub fn render<S: Solver>(
                 break Stopped::Noise;
             }
             if let Some(allocation) = &mut allocation {
-                allocation.advance(&sums);
+                allocation.advance(&sums, &film.develop());
             }
         }
         if run.checkpoint_every.is_some_and(|every| saved.elapsed() >= every) && k < last_pass {
@@ -144,7 +144,7 @@ pub fn render<S: Solver>(
         let replicates = replicates.as_ref();
         (run.events)(Event::Checkpoint(&Checkpoint::take(name, run, k, &state, film, &ledger, replicates, allocation.as_ref())));
     }
-    let samples = allocation.map(|a| a.taken(k));
+    let samples = allocation.filter(|a| !a.is_even()).map(|a| a.taken(k));
     Ok(Outcome { stopped, passes: k, noise, samples, elapsed: begun.elapsed(), books: solver.books(&state) })
 }
 

@@ -71,8 +71,9 @@ impl<T: PixelSolver> Solver for T {
         PixelSolver::estimates(self)
     }
 
+    /// Walks that share what neighbours find do so where all take as many samples.
     fn adapts(&self) -> bool {
-        true
+        self.block() == 1
     }
 
     fn units(&self, size: [u32; 2]) -> usize {
