@@ -64,7 +64,7 @@ fn any_guide() -> Field {
         let u = Sampler::new(SequenceKind::Independent, 5, 0, i, 1 << 14);
         let at = |d: u32| square_to_equal_area_sphere(u.u2(Dim(d)));
         let n = if i % 4 < 2 { Vec3::X } else { Vec3::Y } * if i.is_multiple_of(2) { 1.0 } else { -1.0 };
-        Photon { p: at(0), wi: (at(1) + 0.5 * Vec3::Y).normalize(), n, flux: 0.1 + u.u1(Dim(2)) }
+        Photon { p: at(0), from: 3.0 * at(1) + Vec3::Y, n, flux: 0.1 + u.u1(Dim(2)) }
     };
     Field::new(&(0..1 << 14).map(photon).collect::<Vec<_>>())
 }

@@ -4,18 +4,18 @@
 //! wi ~ p = a p_b + (1 - a) p_g,    β ← β ρ (p_b / p),    p_b = cosθ/π
 //! ```
 //!
-//! Directions become points of the square and back on lanes; what the guide says of them is looked up walk by walk.
+//! What the guide says of a direction is looked up walk by walk, its targets on lanes.
 
 use super::turn::{aim, survive};
 use super::vertices::Vertices;
 use super::{Turns, draw};
+use crate::path_guided::field::Field;
 use crate::path_guided::walk::{self, Guided};
 use crate::path_mis::PathMis;
 use crate::transport::slot;
 use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
-use etendue_numerics::warp::{equal_area_sphere_to_square, square_to_equal_area_sphere};
-use etendue_numerics::{Dim, Vec2, Vec3, wide};
+use etendue_numerics::{Dim, Vec2, wide};
 
 impl Turns for Guided<'_> {
     const HOPE: f32 = walk::HOPE;
@@ -28,33 +28,38 @@ impl Turns for Guided<'_> {
         draw(&v.samplers, Dim::at(vertex, slot::BSDF), &mut v.u_bsdf);
         draw(&v.samplers, Dim::at(vertex, slot::LOBE), &mut v.u_lobe);
         wide::widest(Aim(v));
-        self.ask(v);
+        wide::widest(Ask(v, self.field));
         wide::widest(Weigh { v, is_first: vertex == 1, roulette });
     }
 }
 
-impl Guided<'_> {
-    /// p_g of the BSDF's directions, or other directions with theirs.
-    fn ask(&self, v: &mut Vertices) {
+/// p_g of the BSDF's directions, or other directions with theirs.
+struct Ask<'a>(&'a mut Vertices, &'a Field);
+
+impl wide::Job for Ask<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let v = self.0;
         for i in 0..v.count() {
-            let (n, wo) = (v.n.get(i), v.wo.get(i));
-            let leaf = self.field.at(v.p.get(i), if n.dot(wo) < 0.0 { -n } else { n });
+            let (n, wo, p) = (v.n.get(i), v.wo.get(i), v.p.get(i));
+            let leaf = self.1.at(p, if n.dot(wo) < 0.0 { -n } else { n });
             let chosen = v.u_lobe[0][i] >= leaf.fraction;
             v.guide.a[i] = leaf.fraction;
             v.guide.is_chosen[i] = u32::from(chosen);
-            let [x, y] = &mut v.guide.square;
             v.guide.pdf[i] = if chosen {
-                let (s, pdf) = leaf.sample_square(Vec2::new(v.u_bsdf[0][i], v.u_bsdf[1][i]));
-                (x[i], y[i]) = (s.x, s.y);
+                let (wi, pdf) = leaf.guide.sample(p, Vec2::new(v.u_bsdf[0][i], v.u_bsdf[1][i]));
+                v.ray.d.set(i, wi);
                 pdf
             } else {
-                leaf.pdf_square(Vec2::new(x[i], y[i]))
+                leaf.guide.pdf(p, v.ray.d.get(i))
             };
         }
     }
 }
 
-/// The BSDF's directions, as points of the square as well.
+/// The BSDF's directions.
 struct Aim<'a>(&'a mut Vertices);
 
 impl wide::Job for Aim<'_> {
@@ -62,12 +67,7 @@ impl wide::Job for Aim<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let v = self.0;
-        aim(v);
-        for i in 0..v.lanes() {
-            let s = equal_area_sphere_to_square(v.ray.d.get(i));
-            (v.guide.square[0][i], v.guide.square[1][i]) = (s.x, s.y);
-        }
+        aim(self.0);
     }
 }
 
@@ -87,7 +87,7 @@ impl wide::Job for Weigh<'_> {
         for i in 0..v.lanes() {
             let chosen = v.guide.is_chosen[i] != 0;
             let (a, p_g) = (v.guide.a[i], v.guide.pdf[i]);
-            let found = square_to_equal_area_sphere(Vec2::new(v.guide.square[0][i], v.guide.square[1][i]));
+            let found = v.ray.d.get(i);
             let frame = v.frame(i);
             let turned = v.is_turned[i] != 0;
             let (wo, wi) = (frame.n.dot(v.wo.get(i)), frame.n.dot(found));
@@ -116,11 +116,7 @@ impl wide::Job for Weigh<'_> {
             let goes_on = if chosen { scatters } else { v.goes_on[i] != 0 };
             v.goes_on[i] = u32::from(goes_on & alive);
 
-            let d = v.ray.d.get(i);
-            let pick = |x: f32, y: f32| if chosen { x } else { y };
-            let d = Vec3::new(pick(found.x, d.x), pick(found.y, d.y), pick(found.z, d.z));
-            v.ray.d.set(i, d);
-            v.ray.o.set(i, offset_origin(v.p.get(i), v.p_error.get(i), v.n.get(i), d));
+            v.ray.o.set(i, offset_origin(v.p.get(i), v.p_error.get(i), v.n.get(i), found));
         }
         if self.roulette {
             survive(v);

@@ -87,8 +87,7 @@ pub(super) struct Lights {
 
 /// What a guide says of the next direction of each vertex.
 pub(super) struct Guides {
-    /// A direction: the BSDF's, then the guide's where that was chosen.
-    pub square: [Lane; 2],
+    /// Whether the direction is the guide's.
     pub is_chosen: Flags,
     /// a and p_g.
     pub a: Lane,
@@ -204,7 +203,7 @@ impl Vertices {
             shadow_end: one,
             contribution: colours,
             is_lit: flags,
-            guide: Guides { square: [one; 2], is_chosen: flags, a: one, pdf: one },
+            guide: Guides { is_chosen: flags, a: one, pdf: one },
             ray: rays(),
             pdf: one,
             goes_on: flags,

@@ -8,10 +8,8 @@
 //! Places are divided at the median along the longest side of their box until a leaf holds at most 256 photons. Surfaces are told apart by
 //! the axis that their normals are nearest to, so that the two sides of a wall, or a wall and the floor, know nothing of each other.
 
-use super::quadtree::{Point, Quadtree};
-use etendue_numerics::math::PI;
-use etendue_numerics::warp::{equal_area_sphere_to_square, square_to_equal_area_sphere};
-use etendue_numerics::{Bounds3, Vec2, Vec3};
+use super::targets::Targets;
+use etendue_numerics::{Bounds3, Vec3};
 use serde::{Deserialize, Serialize};
 
 /// Photons of a leaf at most.
@@ -25,8 +23,8 @@ const HALF: f32 = 16.0;
 pub struct Photon {
     /// Where.
     pub p: Vec3,
-    /// From where, unit.
-    pub wi: Vec3,
+    /// Where it came from.
+    pub from: Vec3,
     /// The normal on that side, unit.
     pub n: Vec3,
     /// How much, of any unit.
@@ -36,8 +34,8 @@ pub struct Photon {
 /// What is known of the light around a place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Leaf {
-    /// p_g over the square of directions, 4π times what it is per sr.
-    guide: Quadtree,
+    /// p_g.
+    pub guide: Targets,
     /// a: the share of the directions that the BSDF chooses.
     pub fraction: f32,
 }
@@ -121,46 +119,19 @@ impl Field {
 
 impl Leaf {
     fn new(photons: &[Photon]) -> Self {
-        let point = |p: &Photon| Point { s: equal_area_sphere_to_square(p.wi), weight: p.flux };
-        let mut points: Vec<Point> = photons.iter().map(point).collect();
         // As many equal photons would be as sure.
-        let (sum, squares) = points.iter().fold((0.0, 0.0), |(s, q), p| (s + p.weight, q + p.weight * p.weight));
+        let (sum, squares) = photons.iter().map(|p| p.flux).fold((0.0, 0.0), |(s, q), w| (s + w, q + w * w));
         let count = if squares > 0.0 { sum * sum / squares } else { 0.0 };
-        let fraction = 1.0 - GUIDED * count / (count + HALF);
-        Self { guide: Quadtree::new(&mut points), fraction }
-    }
-
-    /// p_g(wi), 1/sr.
-    #[inline]
-    pub fn pdf(&self, wi: Vec3) -> f32 {
-        self.pdf_square(equal_area_sphere_to_square(wi))
-    }
-
-    /// The same, of a direction's point in the square.
-    #[inline]
-    pub(crate) fn pdf_square(&self, s: Vec2) -> f32 {
-        self.guide.pdf(s) / (4.0 * PI)
-    }
-
-    /// A direction wi, and p_g(wi), 1/sr.
-    #[inline]
-    pub fn sample(&self, u: Vec2) -> (Vec3, f32) {
-        let (s, pdf) = self.sample_square(u);
-        (square_to_equal_area_sphere(s), pdf)
-    }
-
-    /// The same as a point of the square.
-    #[inline]
-    pub(crate) fn sample_square(&self, u: Vec2) -> (Vec2, f32) {
-        let (s, pdf) = self.guide.sample(u);
-        (s, pdf / (4.0 * PI))
+        let middle = photons.iter().map(|p| p.p).sum::<Vec3>() / photons.len().max(1) as f32;
+        let left: Vec<(Vec3, f32)> = photons.iter().map(|p| (p.from, p.flux)).collect();
+        Self { guide: Targets::new(&left, middle), fraction: 1.0 - GUIDED * count / (count + HALF) }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use etendue_numerics::{Dim, Sampler, SequenceKind};
+    use etendue_numerics::{Dim, Sampler, SequenceKind, Vec2};
 
     /// A floor lit from straight above at its left and along x at its right, and the underside of the same floor, lit from below.
     fn photons() -> Vec<Photon> {
@@ -176,7 +147,7 @@ mod tests {
             } else {
                 Vec3::new(0.8, 0.6, 0.0)
             };
-            Photon { p, wi, n: if below { -Vec3::Y } else { Vec3::Y }, flux: 1.0 }
+            Photon { p, from: p + 9.0 * wi, n: if below { -Vec3::Y } else { Vec3::Y }, flux: 1.0 }
         };
         (0..4096).map(photon).collect()
     }
@@ -190,9 +161,14 @@ mod tests {
             (Vec3::new(0.5, 0.0, 0.5), -Vec3::Y, -Vec3::Y),
         ] {
             let leaf = field.at(p, n);
-            assert!(leaf.fraction < 0.6 && leaf.pdf(wi) > 100.0, "{p}: a {}, density {}", leaf.fraction, leaf.pdf(wi));
-            let (found, pdf) = leaf.sample(Vec2::new(0.3, 0.7));
-            assert!(found.dot(wi) > 0.99 && (pdf / leaf.pdf(found) - 1.0).abs() < 1e-3, "{found} for {wi}");
+            assert!(
+                leaf.fraction < 0.6 && leaf.guide.pdf(p, wi) > 50.0,
+                "{p}: a {}, density {}",
+                leaf.fraction,
+                leaf.guide.pdf(p, wi)
+            );
+            let (found, pdf) = leaf.guide.sample(p, Vec2::new(0.3, 0.7));
+            assert!(found.dot(wi) > 0.99 && (pdf / leaf.guide.pdf(p, found) - 1.0).abs() < 1e-3, "{found} for {wi}");
         }
     }
 
@@ -200,7 +176,7 @@ mod tests {
     #[test]
     fn what_nobody_taught() {
         assert_eq!(Field::new(&[]).at(Vec3::ZERO, Vec3::X).fraction, 1.0);
-        let here = Photon { p: Vec3::ONE, wi: Vec3::Z, n: Vec3::Z, flux: 2.0 };
+        let here = Photon { p: Vec3::ONE, from: Vec3::new(1.0, 1.0, 4.0), n: Vec3::Z, flux: 2.0 };
         let field = Field::new(&vec![here; 1000]);
         assert_eq!(field.leaves.len(), 6);
         assert!(field.at(Vec3::ZERO, Vec3::Z).fraction < 0.6 && field.at(Vec3::ZERO, -Vec3::Z).fraction == 1.0);

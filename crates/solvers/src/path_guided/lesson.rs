@@ -56,12 +56,13 @@ fn follow(c: &LightContext<'_>, u: &Sampler, tally: &mut Tally, left: &mut Vec<P
     let Some((mut particle, light)) = Particle::emit(scene, u) else { return };
     let samples_find_it = scene.lights.is_sampled(scene, light.emitter);
     while let Some(x) = particle.meet(c, tally) {
+        let from = particle.ray.o;
         let vertex = particle.vertex(scene, x);
         let direct = particle.came == Came::Straight && samples_find_it;
         let flux = particle.weighed().luminance();
         if vertex.is_smooth() && !direct && particle.waits_for != Awaited::Spreading && flux > 0.0 && flux.is_finite() {
             let n = if x.n.dot(x.wo) < 0.0 { -x.n } else { x.n };
-            left.push(Photon { p: x.p, wi: x.wo, n, flux });
+            left.push(Photon { p: x.p, from, n, flux });
         }
         if !particle.turn(c, &vertex, u, tally) {
             break;

@@ -9,7 +9,7 @@
 //! | --- | --- |
 //! | particles that teach | [`lesson`] |
 //! | p_g around each place, and a | [`field`] |
-//! | a density over directions | [`quadtree`] |
+//! | a density over directions | [`targets`] |
 //! | the step of a walk | [`walk`] |
 //! | whether to guide at all | [`trial`] |
 //!
@@ -30,7 +30,7 @@
 
 pub mod field;
 pub mod lesson;
-pub mod quadtree;
+pub mod targets;
 pub mod trial;
 pub mod walk;
 

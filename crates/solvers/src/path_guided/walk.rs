@@ -110,12 +110,12 @@ fn sample(vertex: &Vertex<'_>, leaf: &Leaf, u_lobe: f32, u: Vec2) -> (Option<Ver
         let Some(s) = vertex.sample(u_lobe / a, u) else { return (None, 1.0) };
         let ratio = match s.pdf {
             Pdf::Delta(_) => a,
-            Pdf::SolidAngle(p_b) => a + (1.0 - a) * leaf.pdf(s.wi) / p_b,
+            Pdf::SolidAngle(p_b) => a + (1.0 - a) * leaf.guide.pdf(vertex.x.p, s.wi) / p_b,
         };
         return (Some(VertexSample { weight: s.weight / ratio, ..s }), ratio);
     }
     // As the guide has it.
-    let (wi, p_g) = leaf.sample(u);
+    let (wi, p_g) = leaf.guide.sample(vertex.x.p, u);
     let (f_cos, p_b) = vertex.eval(wi);
     if p_b <= 0.0 {
         return (None, 1.0);

@@ -11,7 +11,7 @@ faults! {
     GuidesDensityAlone,
     /// Directions of the BSDF weighed by its own density, as if the guide never chose them.
     BsdfsDensityAlone,
-    /// The guide's density per square instead of per sr.
+    /// The guide's density over the square of directions instead of per sr.
     SquareInsteadOfSphere,
     /// The densities added without the shares of either.
     SharesForgotten,
@@ -34,7 +34,7 @@ pub fn nonsense() -> Field {
         let axis = [Vec3::X, Vec3::Y, Vec3::Z][i as usize % 3];
         let n = if z.y < 0.5 { -axis } else { axis };
         let wi = warp::square_to_equal_area_sphere(towards * towards);
-        Photon { p, wi: if wi.dot(n) < 0.0 { -wi } else { wi }, n, flux: 1.0 + 10.0 * z.x }
+        Photon { p, from: p + if wi.dot(n) < 0.0 { -wi } else { wi }, n, flux: 1.0 + 10.0 * z.x }
     };
     Field::new(&(0..1 << 14).map(photon).collect::<Vec<_>>())
 }
@@ -45,12 +45,12 @@ impl Crooked {
         let leaf = self.field.at(vertex.x.p, n);
         let (a, u_lobe, u) = (leaf.fraction, u.u2(state.dim(slot::LOBE)), u.u2(state.dim(slot::BSDF)));
         let by_bsdf = u_lobe.x < a;
-        let wi = if by_bsdf { vertex.sample(u_lobe.x / a, u)?.wi } else { leaf.sample(u).0 };
+        let wi = if by_bsdf { vertex.sample(u_lobe.x / a, u)?.wi } else { leaf.guide.sample(vertex.x.p, u).0 };
         let (f_cos, p_b) = vertex.eval(wi);
         let p_g = match self.fault {
-            SquareInsteadOfSphere => 4.0 * PI * leaf.pdf(wi),
-            AnotherLeaf => self.field.at(-vertex.x.p, n).pdf(wi),
-            _ => leaf.pdf(wi),
+            SquareInsteadOfSphere => 4.0 * PI * leaf.guide.pdf(vertex.x.p, wi),
+            AnotherLeaf => self.field.at(-vertex.x.p, n).guide.pdf(vertex.x.p, wi),
+            _ => leaf.guide.pdf(vertex.x.p, wi),
         };
         let p = match self.fault {
             GuidesDensityAlone if !by_bsdf => p_g,
