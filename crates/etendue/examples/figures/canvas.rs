@@ -110,9 +110,41 @@ pub fn plot(path: &Path, x_axis: &str, y_axis: &str, curves: &[Curve]) -> Drawn 
         .configure_series_labels()
         .background_style(WHITE.mix(0.85))
         .label_font(("sans-serif", 14))
-        .position(SeriesLabelPosition::LowerLeft)
+        .position(free_corner(curves))
         .draw()?;
     root.present()?;
     println!("wrote {}", path.display());
     Ok(())
+}
+
+/// The corner of the plot that the curves leave most room in: where the legend goes.
+fn free_corner(curves: &[Curve]) -> SeriesLabelPosition {
+    let logs = || curves.iter().flat_map(|c| &c.points).map(|(x, y)| [x.ln(), y.ln()]);
+    let least = logs().fold([f64::INFINITY; 2], |a, b| [a[0].min(b[0]), a[1].min(b[1])]);
+    let most = logs().fold([f64::NEG_INFINITY; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
+    let place = |(x, y): &(f64, f64)| {
+        let part = |v: f64, k: usize| (v.ln() - least[k]) / (most[k] - least[k]).max(f64::MIN_POSITIVE);
+        [part(*x, 0), part(*y, 1)]
+    };
+    // The distance, in parts of the axes, from a corner to the nearest place on a curve.
+    let room = |corner: [f64; 2]| {
+        let mut nearest = f64::INFINITY;
+        for pair in curves.iter().flat_map(|c| c.points.windows(2)) {
+            let [a, b] = [place(&pair[0]), place(&pair[1])];
+            for step in 0..=8 {
+                let t = f64::from(step) / 8.0;
+                let at = |k: usize| a[k] + t * (b[k] - a[k]) - corner[k];
+                nearest = nearest.min(at(0).hypot(at(1)));
+            }
+        }
+        nearest
+    };
+    let corners = [
+        ([0.0, 0.0], SeriesLabelPosition::LowerLeft),
+        ([1.0, 1.0], SeriesLabelPosition::UpperRight),
+        ([0.0, 1.0], SeriesLabelPosition::UpperLeft),
+        ([1.0, 0.0], SeriesLabelPosition::LowerRight),
+    ];
+    let freest = corners.into_iter().reduce(|best, next| if room(next.0) > room(best.0) { next } else { best });
+    freest.map_or(SeriesLabelPosition::LowerLeft, |(_, position)| position)
 }
