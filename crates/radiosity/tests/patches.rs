@@ -122,6 +122,24 @@ fn a_number_of_patches_is_met() {
     assert!(Patches::cut(&scene, &fits).is_ok_and(|p| p.len() > 5000));
 }
 
+/// A floor of one piece stayed whole where furniture of many pieces had used up the number, and light of its sunny end was everywhere.
+#[test]
+fn a_floor_is_cut_however_many_pieces_stand_on_it() {
+    let crumb = |i: usize| {
+        let (x, y) = (i % 20, i / 20);
+        shape("cube", &format!(r#"<scale value="0.02"/><translate x="{x}" y="{y}" z="1"/>"#), "")
+    };
+    let crumbs: String = (0..400).map(crumb).collect();
+    let floor = shape("rectangle", r#"<scale value="10"/><translate x="10" y="10"/>"#, "");
+    let patches = cut(&scene(&format!("{floor}{crumbs}")), PatchSize::Count(500));
+    let of_floor = patches.objects[0].patches.len();
+    assert!(
+        (2400..=2650).contains(&(patches.len() - of_floor)) && (150..=251).contains(&of_floor),
+        "{of_floor} of {}",
+        patches.len()
+    );
+}
+
 #[test]
 fn sides_are_chosen() {
     let bsdf = |inside: &str| {

@@ -28,6 +28,27 @@ fn cube() -> FormFactors {
     factors
 }
 
+/// Two patches that found nothing but a third, smaller than both: one of them cannot give all that it has. Scaling went on until it was no number.
+#[test]
+fn rows_that_cannot_be_closed_are_told_and_lose_what_they_lack() {
+    let (columns, values) = (vec![2, 2, 0, 1], vec![1.0, 1.0, 0.5, 0.5]);
+    let areas = [1.0, 1.0, 0.1];
+    for lost in [0.0, 0.01] {
+        let rows = Rows::new((3, 3), vec![0, 1, 2, 4], columns.clone(), values.clone());
+        let mut f = FormFactors::new(Matrix { rows, errors: Vec::new() });
+        f.escaped = vec![lost; 3];
+        let told = f.repair(&areas, Open::WithLosses);
+        assert!(told.closure_after > 0.5 && told.sweeps < 1000, "{told:?}");
+        for (i, area) in areas.iter().enumerate() {
+            let all = f.row_sum(i) + f.escaped[i] + f.absorbed[i];
+            assert!((all - 1.0).abs() < 1e-12 && f.row_sum(i) <= 1.0 + 1e-12, "row {i}: {all}");
+            for (j, other) in areas.iter().enumerate() {
+                assert!((area * f.get(i, j) - other * f.get(j, i)).abs() < 1e-15);
+            }
+        }
+    }
+}
+
 fn until(residual: f64) -> Until<'static> {
     Until { residual, sweeps: 10_000, watch: &|_, _| true }
 }

@@ -23,8 +23,17 @@ use std::collections::VecDeque;
 /// How near to one every row gets.
 pub const CLOSED: f64 = 1e-13;
 
+/// Rows that are farther off could not be closed.
+pub(crate) const UNCLOSED: f64 = 1e-9;
+
 /// Sweeps of scaling at most.
 const SWEEPS: usize = 4000;
+
+/// Sweeps without a tenth of gain after which no more are made.
+const PATIENCE: usize = 200;
+
+/// Largest |ln x|: where rows cannot be closed it would grow without end.
+const FARTHEST: f64 = 10.0;
 
 /// Sweeps that the acceleration looks back on.
 const DEPTH: usize = 4;
@@ -47,7 +56,7 @@ pub struct Repair {
     pub open: Open,
     /// Largest |1 - Σ_j F_ij - losses| before.
     pub closure_before: f64,
-    /// The same after.
+    /// The same after: more than rounding where too few rays found too little to close a row to. What it lacks counts as absorbed.
     pub closure_after: f64,
     /// Σ |A_i F_ij - A_j F_ji| / Σ A before; the same after is zero.
     pub reciprocity_before: f64,
@@ -77,11 +86,22 @@ impl FormFactors {
         self.matrix = matrix;
         let sinks: Vec<f64> = losses.iter().zip(areas).map(|(l, a)| if closes { l * a } else { 0.0 }).collect();
         let rows = |x: &[f64]| product(&self.matrix.rows, x);
-        let sums = |x: &[f64]| {
+        let parts = |x: &[f64]| {
             let of = |(i, sx): (usize, f64)| x[i] * (sx + sinks[i]) / areas[i];
             rows(x).into_iter().enumerate().map(of).collect()
         };
-        let (x, sweeps) = if closes { balance(sums, areas, CLOSED) } else { lower(rows, areas, CLOSED) };
+        let (mut x, sweeps) = if closes { balance(parts, areas, CLOSED) } else { lower(rows, areas, CLOSED) };
+        let sums = |x: &[f64]| rows(x).iter().zip(&sinks).map(|(sx, sink)| sx + sink).collect::<Vec<_>>();
+        let above = |sums: &[f64]| (0..x.len()).any(|i| x[i] * sums[i] / areas[i] > 1.0 + CLOSED);
+        if closes && above(&sums(&x)) {
+            // Rows that cannot be closed give no more than they have.
+            let by = |z: &[f64]| {
+                let scaled: Vec<f64> = x.iter().zip(z).map(|(x, z)| x * z).collect();
+                sums(&scaled).iter().zip(&x).map(|(s, x)| s * x).collect()
+            };
+            let (z, _) = lower(by, areas, CLOSED);
+            x.iter_mut().zip(z).for_each(|(x, z)| *x *= z);
+        }
 
         let scaled = |i: usize| {
             self.matrix
@@ -101,12 +121,18 @@ impl FormFactors {
                 (self.escaped[i], self.absorbed[i]) = (lacks * (1.0 - absorbed), lacks * absorbed);
             }
         }
-        let lost = |i: usize| self.escaped[i] + self.absorbed[i];
+        let lacks = |f: &Self, i: usize| 1.0 - f.row_sum(i) - f.escaped[i] - f.absorbed[i];
+        let closure_after = largest((0..self.len()).into_par_iter().map(|i| lacks(self, i).abs()));
+        if closure_after > UNCLOSED {
+            for i in 0..self.len() {
+                self.absorbed[i] += lacks(self, i).max(0.0);
+            }
+        }
         Repair {
             closed,
             open,
             closure_before,
-            closure_after: largest((0..self.len()).into_par_iter().map(|i| (1.0 - self.row_sum(i) - lost(i)).abs())),
+            closure_after,
             reciprocity_before: off / total,
             // Each pair of entries meets between the two.
             moved_by_symmetry: 0.5 * off / total,
@@ -237,11 +263,15 @@ fn product(s: &Rows, x: &[f64]) -> Vec<f64> {
 }
 
 /// x with which all `rows` are one to a part of `near`, and how many sweeps that took: x_i ← x_i / √(row i). Rows of zero are left alone.
+///
+/// Not every exchange can be scaled so: of two patches that found nothing but a third, smaller than both, one cannot give all that it has. Where sweeps no
+/// longer help it ends with the best x that was seen.
 pub(crate) fn balance(rows: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], near: f64) -> (Vec<f64>, usize) {
     let mut y = vec![0.0f64; areas.len()];
     let mut x = vec![1.0; areas.len()];
     let mut past = Past::default();
-    let mut least = f64::INFINITY;
+    let (mut least, mut best) = (f64::INFINITY, x.clone());
+    let (mut hoped, mut until) = (f64::INFINITY, PATIENCE);
     for sweep in 0..SWEEPS {
         let rows = rows(&x);
         let off = rows.iter().filter(|r| **r > 0.0).map(|r| (r - 1.0).abs()).fold(0.0, f64::max);
@@ -252,12 +282,22 @@ pub(crate) fn balance(rows: impl Fn(&[f64]) -> Vec<f64>, areas: &[f64], near: f6
         if off > 2.0 * least {
             past.steps.clear();
         }
-        least = least.min(off);
+        if off < least {
+            least = off;
+            best.copy_from_slice(&x);
+        }
+        if least < 0.9 * hoped {
+            (hoped, until) = (least, sweep + PATIENCE);
+        }
+        if sweep >= until {
+            return (best, sweep);
+        }
         let g: Vec<f64> = rows.iter().map(|r| if *r > 0.0 { -0.5 * r.ln() } else { 0.0 }).collect();
         past.step(&mut y, &g, areas);
+        y.iter_mut().for_each(|y| *y = y.clamp(-FARTHEST, FARTHEST));
         x.iter_mut().zip(&y).for_each(|(x, y)| *x = y.exp());
     }
-    (x, SWEEPS)
+    (best, SWEEPS)
 }
 
 /// Anderson's acceleration of y ← y + g(y).

@@ -15,7 +15,8 @@ pub enum PatchSize {
     Whole,
     /// Near this length, m.
     Metres(f64),
-    /// Near this many patches in all; no fewer than there are pieces.
+    /// Near this many patches in all. Where pieces alone are more than half of that, half as many more than there are pieces: a floor of two triangles is
+    /// cut, however many triangles the furniture has.
     Count(usize),
 }
 
@@ -69,7 +70,7 @@ impl Patches {
         let h = match cutting.size {
             PatchSize::Whole => f64::INFINITY,
             PatchSize::Metres(h) => h,
-            PatchSize::Count(n) => patches.size_for(n),
+            PatchSize::Count(n) => patches.size_for(n.max(patches.count_at(f64::INFINITY) + n / 2)),
         };
         let count = patches.count_at(h);
         if count > cutting.most {

@@ -17,6 +17,7 @@ use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::{Interaction, Scene, SurfaceId, Texture};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Points on a patch at which textures are looked up.
 const TEXTURE_POINTS: u32 = 16;
@@ -58,20 +59,25 @@ fn is_diffuse(scene: &Scene, surface: SurfaceId) -> bool {
     !scene.material(scene.surface(surface).material).events().intersects(other)
 }
 
+/// Directions that tell one material from another: where what they bring is the same to the bit, so is the rest.
+const TELLING: usize = 16;
+
+/// What is reflected and transmitted at the k-th of n points, by what the first directions bring there.
+type Seen = HashMap<(u32, u32, [[u64; 6]; TELLING]), [DVec3; 2]>;
+
 /// The mean over `points`, which are seen from `side`.
 pub(super) fn mean(scene: &Scene, side: Side, points: &[Interaction]) -> Optics {
+    mean_of(scene, side, points, &mut Seen::new())
+}
+
+/// The same, for surfaces that are `seen` again and again.
+fn mean_of(scene: &Scene, side: Side, points: &[Interaction], seen: &mut Seen) -> Optics {
     let mut sums = [DVec3::ZERO; 3];
     for (k, x) in points.iter().enumerate() {
         let at = if is_diffuse(scene, x.surface) {
             from_direction(scene, side, x, Vec3::Z, (0.5, Vec2::splat(0.5)))
         } else {
-            let each = DIRECTIONS / points.len().max(1) as u32;
-            let seen = (0..each).map(|i| {
-                let u = Sampler::new(SequenceKind::Sobol, 0, k as u64, i, each);
-                let wo = square_to_cosine_hemisphere(u.u2(Dim(0))).normalize();
-                from_direction(scene, side, x, wo, (u.u1(Dim(1)), u.u2(Dim(2))))
-            });
-            seen.fold([DVec3::ZERO; 2], |a, b| [a[0] + b[0], a[1] + b[1]]).map(|s| s / f64::from(each))
+            from_everywhere(scene, side, x, [k as u32, points.len() as u32], seen)
         };
         let be = if side == Side::Front { scene.le(x, &Wavelengths::Rgb) * PI } else { Spectrum::ZERO };
         sums[0] += at[0];
@@ -83,11 +89,29 @@ pub(super) fn mean(scene: &Scene, side: Side, points: &[Interaction]) -> Optics 
     Optics { rho: rho.clamp(0.0, 1.0), transmitted, be }
 }
 
+/// The mean over directions at the k-th of n points.
+fn from_everywhere(scene: &Scene, side: Side, x: &Interaction, [k, n]: [u32; 2], seen: &mut Seen) -> [DVec3; 2] {
+    let each = (DIRECTIONS / n).max(TELLING as u32);
+    let from = |i: u32| {
+        let u = Sampler::new(SequenceKind::Sobol, 0, u64::from(k), i, each);
+        let wo = square_to_cosine_hemisphere(u.u2(Dim(0))).normalize();
+        from_direction(scene, side, x, wo, (u.u1(Dim(1)), u.u2(Dim(2))))
+    };
+    let telling = std::array::from_fn(|i| {
+        let [r, t] = from(i as u32);
+        [r.x, r.y, r.z, t.x, t.y, t.z].map(f64::to_bits)
+    });
+    *seen.entry((k, n, telling)).or_insert_with(|| {
+        let sum = (0..each).map(from).fold([DVec3::ZERO; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+        sum.map(|s| s / f64::from(each))
+    })
+}
+
 /// What one sample reflects and transmits of light to `wo`, a direction about the shading normal of the side.
 fn from_direction(scene: &Scene, side: Side, x: &Interaction, wo: Vec3, (u1, u2): (f32, Vec2)) -> [DVec3; 2] {
     let local = wo * side.sign() as f32;
     let x = Interaction { wo: x.shading.to_world(local), ..*x };
-    match scene.bsdf(&x, &Wavelengths::Rgb).sample(x.wo_local(), u1, u2) {
+    match scene.bsdf(&x, &Wavelengths::Rgb).sample(local, u1, u2) {
         Some(s) if s.wi.z * local.z > 0.0 && !s.event.transmits() => [rgb(s.weight), DVec3::ZERO],
         Some(s) => [DVec3::ZERO, rgb(s.weight)],
         None => [DVec3::ZERO; 2],
@@ -111,7 +135,7 @@ impl Patches {
         let optics: Vec<Optics> = if textured {
             (0..self.len() as u32)
                 .into_par_iter()
-                .map(|i| mean(scene, self.get(i).side, &self.points(scene, i, TEXTURE_POINTS)))
+                .map_init(Seen::new, |seen, i| mean_of(scene, self.get(i).side, &self.points(scene, i, TEXTURE_POINTS), seen))
                 .collect()
         } else {
             // The same all over each side of a surface.

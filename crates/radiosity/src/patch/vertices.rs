@@ -9,7 +9,7 @@ use super::{Chart, NONE, Patches};
 use etendue_numerics::Ray;
 use etendue_scene::Scene;
 use glam::{DVec2, DVec3, I64Vec3};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// Cosine between normals above which a surface goes on smoothly: 20°.
 const SMOOTH: f64 = 0.94;
@@ -171,26 +171,22 @@ impl Vertices {
         for (v, p) in self.points.iter().enumerate() {
             boxes.entry(key(*p)).or_default().push(v as u32);
         }
+        let mut seen: HashSet<I64Vec3> = HashSet::new();
         for i in flat {
             for s in self.sides(i) {
                 let ends @ [a, b] = side(i, s);
                 let (p, q) = (self.points[a as usize], self.points[b as usize]);
                 let along = q - p;
-                // Boxes along the side, a bit wider than it.
-                let steps = (along.length() / step).ceil().max(1.0) as u32 * 2;
-                let mut last = None;
-                let mut seen: Vec<I64Vec3> = Vec::new();
-                for k in 0..=steps {
-                    let at = p + along * (f64::from(k) / f64::from(steps));
-                    let here = key(at);
-                    if last == Some(here) {
-                        continue;
-                    }
-                    last = Some(here);
-                    for d in 0..27 {
-                        let near = here + I64Vec3::new(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
-                        if !seen.contains(&near) && boxes.contains_key(&near) {
-                            seen.push(near);
+                // The boxes that the side passes, or comes as near to as two places are one: those around each piece of it, no longer than half a box.
+                let pieces = (along.length() / step).ceil().max(1.0) as u32 * 2;
+                seen.clear();
+                for k in 0..pieces {
+                    let [from, to] = [k, k + 1].map(|k| p + along * (f64::from(k) / f64::from(pieces)));
+                    let (low, high) = (key(from.min(to) - tolerance), key(from.max(to) + tolerance));
+                    for d in 0..8 {
+                        let box_ = I64Vec3::select(I64Vec3::new(d & 1, d >> 1 & 1, d >> 2).cmpeq(I64Vec3::ZERO), low, high);
+                        if boxes.contains_key(&box_) {
+                            seen.insert(box_);
                         }
                     }
                 }

@@ -74,14 +74,17 @@ impl Solved {
         if let (PatchSize::Count(n), true) = (settings.size, settings.adaptive) {
             let coarse = Settings {
                 factors: if settings.factors == Factors::Hierarchical { settings.factors } else { Factors::Hemisphere },
-                rays: (settings.rays / 4).max(64),
+                // No more rays in all than the number of patches asks for, where pieces are more than that.
+                rays: (settings.rays / 4 / patches.len().div_ceil(n.max(1)) as u32).max(64),
                 error: 2.0 * settings.error,
                 method: Method::Neumann,
                 residual: 0.01,
                 ..*settings
             };
+            let even = patches.len().max(n / 2);
+            let finer = n.max(even + n / 2) - even;
             for round in 1..=refine::ROUNDS {
-                let most = n / 2 + n / 2 * round / refine::ROUNDS;
+                let most = even + finer * round / refine::ROUNDS;
                 if patches.len() + 3 > most {
                     continue;
                 }
@@ -141,6 +144,7 @@ impl Solved {
         let cutting = Cutting { size, sides: Sides::ByMaterial, ..Cutting::default() };
         let patches = Patches::cut(scene, &cutting).map_err(Error::TooMany)?;
         let count = match settings.size {
+            PatchSize::Count(n) if settings.adaptive => n.max(patches.len() + n / 2),
             PatchSize::Count(n) => patches.len().max(n),
             _ => patches.len(),
         };
