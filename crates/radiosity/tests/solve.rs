@@ -38,7 +38,8 @@ fn rows_that_cannot_be_closed_are_told_and_lose_what_they_lack() {
         let mut f = FormFactors::new(Matrix { rows, errors: Vec::new() });
         f.escaped = vec![lost; 3];
         let told = f.repair(&areas, Open::WithLosses);
-        assert!(told.closure_after > 0.5 && told.sweeps < 1000, "{told:?}");
+        // A loss takes what is left, however small it was.
+        assert!((told.closure_after > 0.5) == (lost == 0.0) && told.sweeps < 1000, "{told:?}");
         for (i, area) in areas.iter().enumerate() {
             let all = f.row_sum(i) + f.escaped[i] + f.absorbed[i];
             assert!((all - 1.0).abs() < 1e-12 && f.row_sum(i) <= 1.0 + 1e-12, "row {i}: {all}");
