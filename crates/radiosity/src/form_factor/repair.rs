@@ -148,7 +148,7 @@ fn largest(values: impl ParallelIterator<Item = f64>) -> f64 {
     values.reduce(|| 0.0, f64::max)
 }
 
-/// S with its standard errors, Σ |A_i F_ij - A_j F_ji|, and what of that to expect: E|z| = √(2/π) standard errors.
+/// S with its standard errors, Σ |A_i F_ij - A_j F_ji|, and what of that to expect: E|z| = √(2/π) standard errors, where rays are many.
 fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, [f64; 2]) {
     let n = f.len();
     let with_errors = !f.matrix.errors.is_empty();
@@ -202,7 +202,7 @@ fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, [f64; 2]) {
                 let weight = a * b / (a + b);
                 columns[k] = j;
                 values[k] = (weight * (f_ij + f_ji)) as f32;
-                let mut variance = f.per_ray * (a * a * f_ij + b * b * f_ji);
+                let mut variance = f.per_ray * (a * a * f_ij + b * b * f_ji) * coarse((f_ij + f_ji) / f.per_ray).powi(2);
                 if with_errors {
                     let (e, g) = (number(&f.matrix.errors, at), number(&transposed.errors, of));
                     variance = (a * e).powi(2) + (b * g).powi(2);
@@ -217,6 +217,18 @@ fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, [f64; 2]) {
         .collect();
     let off = off.iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
     (Matrix { rows: Rows::new((n, n), begins, columns, values), errors }, off)
+}
+
+/// E|a - b| of n rays that fall to either side by chance, over √(2n/π), which it is of many: 1.25 of a single one.
+fn coarse(rays: f64) -> f64 {
+    let n = rays.round();
+    if !(1.0..64.0).contains(&n) {
+        return 1.0;
+    }
+    // E|a - b| = n C(n-1, k) / 2^(n-1),  k = ⌊(n-1)/2⌋
+    let k = ((n - 1.0) / 2.0).floor() as i32;
+    let choose = (1..=k).fold(1.0, |c, i| c * (n - f64::from(i)) / f64::from(i));
+    choose * n / 2f64.powi(n as i32 - 1) / (2.0 * n / std::f64::consts::PI).sqrt()
 }
 
 /// Pieces of the given lengths, one after the other.
