@@ -109,7 +109,6 @@ fn noise_is_expected_as_it_is_found_where_rays_are_few() {
             hemisphere(&scene, &patches, &Hemisphere { rays, errors: false, seed: 0 }, &|_, _| true).expect("not cancelled");
         let told = f.repair(&areas, Open::WithLosses);
         let ratio = told.moved_by_symmetry / told.moved_by_noise;
-        println!("{rays} rays, {} patches: {ratio}", patches.len());
         assert!((0.9..1.05).contains(&ratio), "{rays} rays: {ratio}");
     }
 }

@@ -75,7 +75,7 @@ impl Solved {
             let coarse = Settings {
                 factors: if settings.factors == Factors::Hierarchical { settings.factors } else { Factors::Hemisphere },
                 // No more rays in all than the number of patches asks for, where pieces are more than that.
-                rays: (settings.rays / 4 / patches.len().div_ceil(n.max(1)) as u32).max(64),
+                rays: (settings.rays / 4 / patches.len().div_ceil(n.max(1)).max(1) as u32).max(64),
                 error: 2.0 * settings.error,
                 method: Method::Neumann,
                 residual: 0.01,
