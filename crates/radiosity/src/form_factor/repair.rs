@@ -24,7 +24,7 @@ use std::collections::VecDeque;
 pub const CLOSED: f64 = 1e-13;
 
 /// Rows that are farther off could not be closed.
-pub(crate) const UNCLOSED: f64 = 1e-9;
+const UNCLOSED: f64 = 1e-9;
 
 /// Sweeps of scaling at most.
 const SWEEPS: usize = 4000;
@@ -86,14 +86,10 @@ impl FormFactors {
         self.matrix = matrix;
         let sinks: Vec<f64> = losses.iter().zip(areas).map(|(l, a)| if closes { l * a } else { 0.0 }).collect();
         let rows = |x: &[f64]| product(&self.matrix.rows, x);
-        let parts = |x: &[f64]| {
-            let of = |(i, sx): (usize, f64)| x[i] * (sx + sinks[i]) / areas[i];
-            rows(x).into_iter().enumerate().map(of).collect()
-        };
-        let (mut x, sweeps) = if closes { balance(parts, areas, CLOSED) } else { lower(rows, areas, CLOSED) };
         let sums = |x: &[f64]| rows(x).iter().zip(&sinks).map(|(sx, sink)| sx + sink).collect::<Vec<_>>();
-        let above = |sums: &[f64]| (0..x.len()).any(|i| x[i] * sums[i] / areas[i] > 1.0 + CLOSED);
-        if closes && above(&sums(&x)) {
+        let parts = |x: &[f64]| -> Vec<f64> { sums(x).iter().zip(x).zip(areas).map(|((s, x), a)| x * s / a).collect() };
+        let (mut x, sweeps) = if closes { balance(parts, areas, CLOSED) } else { lower(rows, areas, CLOSED) };
+        if closes && parts(&x).iter().any(|part| *part > 1.0 + CLOSED) {
             // Rows that cannot be closed give no more than they have.
             let by = |z: &[f64]| {
                 let scaled: Vec<f64> = x.iter().zip(z).map(|(x, z)| x * z).collect();
