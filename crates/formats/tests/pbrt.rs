@@ -375,7 +375,7 @@ fn blocks_names_and_places() {
     );
     assert_eq!(
         world("Shape \"sphere\" \"float radius\" 1 \"float radius\" 2"),
-        ["s.pbrt:2:34 error: parameter `radius` is given twice"]
+        ["s.pbrt:2:34 warning: parameter `radius` is given twice: this one counts"]
     );
     assert_eq!(
         world("ActiveTransform EndTime Translate 1 0 0 ActiveTransform All\nShape \"sphere\""),

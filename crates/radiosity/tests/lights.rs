@@ -53,6 +53,21 @@ fn card(place: &str) -> String {
     )
 }
 
+/// E = π L (R/d)² cosθ of a ball that shines unseen, which is no patch, and through which a second card is lit.
+#[test]
+fn an_unseen_ball_gives_what_its_law_says() {
+    let ball = |z: f64| {
+        format!(
+            r#"<shape type="sphere"><point name="center" x="0" y="0" z="{z}"/><float name="radius" value="0.3"/><emitter type="area">
+                <rgb name="radiance" value="1, 2, 3"/><boolean name="unseen" value="true"/></emitter></shape>"#
+        )
+    };
+    let law = |z: f64| PI * (0.3 / z).powi(2) * DVec3::new(1.0, 2.0, 3.0);
+    let e = alone(&(card("") + &ball(2.0) + &ball(4.0)));
+    let expected = law(2.0) + law(4.0);
+    assert!((e / expected - 1.0).abs().max_element() < 2e-3, "{e} instead of {expected}");
+}
+
 /// E = I(θ) cosθ' / d²: within the beam I, half of it in the middle of the rim, nothing beyond the cone, nothing from behind.
 #[test]
 fn a_spot_gives_what_its_law_says() {

@@ -145,9 +145,9 @@ impl Needs {
         let points = scene.emitters.iter().filter(|e| e.is_delta()).count();
         if self.lights_that_can_be_hit && points > 0 {
             let lights = if points == 1 {
-                "one of the lights is a point or a single direction".to_owned()
+                "one of the lights is a point, a single direction, or shines unseen".to_owned()
             } else {
-                format!("{points} of the lights are points or single directions")
+                format!("{points} of the lights are points, single directions, or shine unseen")
             };
             let reason = format!("{lights}, which no random walk can hit: their light would be missing");
             return Err(Refusal { reason, instead: vec!["path-nee", "path-mis"] });

@@ -1,6 +1,7 @@
 //! `LightSource`, `AreaLightSource` and media.
 
 use super::emission::Emission;
+use super::shapes::Opacity;
 use super::spectra::Role;
 use super::values::List;
 use super::{Named, Reader, child, param};
@@ -220,7 +221,7 @@ impl Reader<'_> {
     }
 
     /// The emitter of a shape under the current area light.
-    pub(super) fn area_light(&mut self) -> Option<NodeId> {
+    pub(super) fn area_light(&mut self, opacity: Opacity) -> Option<NodeId> {
         let light = self.state.area_light.clone()?;
         let mut list = (*light).clone();
         let list = &mut list;
@@ -256,6 +257,12 @@ impl Reader<'_> {
         }
         if two_sided {
             params.push(param("two_sided", Value::Bool(true), list.span_of("twosided")));
+        }
+        match opacity {
+            Opacity::Full => {}
+            Opacity::Partial => params.push(param("masked", Value::Bool(true), span)),
+            // Of samples of such a light nobody else has a share; rays pass through.
+            Opacity::None => params.push(param("unseen", Value::Bool(true), span)),
         }
         if let Some(power) = power {
             // pbrt gives each of a mesh's triangles the whole of it; the light's own scale and colour multiply that.

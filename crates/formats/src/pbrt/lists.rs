@@ -123,12 +123,11 @@ impl Reader<'_> {
             match t.values(&mut values) {
                 Ok(range) => {
                     let Some((kind, name)) = kind else { continue };
-                    if let Some(first) = entries.iter().find(|e| e.name == name) {
-                        let first = first.declared;
+                    if let Some(first) = entries.iter().position(|e| e.name == name) {
+                        let first = entries.remove(first).declared;
                         self.diagnostics
-                            .error(declared, format!("parameter `{name}` is given twice"))
+                            .warning(declared, format!("parameter `{name}` is given twice: this one counts"))
                             .label(first, "first given here");
-                        continue;
                     }
                     let span = self.span(source, range);
                     entries.push(Entry::new(kind, name.to_owned(), declared, span, values));

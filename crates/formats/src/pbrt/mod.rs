@@ -7,7 +7,7 @@
 //! | --- | --- |
 //! | `diffuse`, `conductor`, `coateddiffuse`, … reflect on both sides | the model within `twosided` |
 //! | roughness r | α = √r where `remaproughness` holds; GGX with correlated masking, and smooth models below α = 0.001 |
-//! | `alpha` of a shape | `mask` around the material |
+//! | `alpha` of a shape | `mask` around the material; its light is `masked`, with `alpha` 0 `unseen` |
 //! | L, I with `scale`, `power`, `illuminance` | light of luminance `scale` for a spectrum, of `scale` times the colour for `rgb` |
 //! | camera (x right, y up, z ahead) | sensor (x left) |
 //! | object instances | `shapegroup` and `instance` |

@@ -21,6 +21,28 @@ const REFUSED: [(&str, &str); 5] = [
     ("heightfield", "pbrt-v4 has no such shape"),
 ];
 
+/// How much of a shape is there, by its `alpha`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Opacity {
+    /// All of it.
+    Full,
+    /// More here, less there.
+    Partial,
+    /// Nothing: a light shines unseen.
+    None,
+}
+
+impl Opacity {
+    fn of(alpha: Option<&Spanned<Value>>) -> Self {
+        match alpha.map(|a| &a.value) {
+            None => Self::Full,
+            Some(Value::Float(x)) if *x >= 1.0 => Self::Full,
+            Some(Value::Float(x)) if *x <= 0.0 => Self::None,
+            Some(_) => Self::Partial,
+        }
+    }
+}
+
 /// A shape's model and parameters.
 pub(super) type Geometry = (&'static str, Vec<Param>);
 
@@ -49,7 +71,7 @@ impl Reader<'_> {
                 return;
             }
         };
-        let alpha = self.number(list, "alpha");
+        let alpha = self.number(list, "alpha").map(|alpha| Spanned { value: self.constant_folded(alpha.value), ..alpha });
         list.finish(&mut self.diagnostics);
         let Some((model, mut params)) = geometry else { return };
 
@@ -71,18 +93,17 @@ impl Reader<'_> {
             None => self.default_material(span),
         };
         let bare = self.description.node(material).model.value == "null";
-        let hidden = matches!(&alpha, Some(Spanned { value: Value::Float(x), .. }) if *x <= 0.0);
-        let material = self.with_holes(material, alpha);
+        let opacity = Opacity::of(alpha.as_ref());
+        // Nobody looks at the material of a light that is not there.
+        let emits = self.state.area_light.is_some() && self.object.is_none() && !bare;
+        let material = if emits && opacity == Opacity::None { material } else { self.with_holes(material, alpha) };
         params.push(child(material, span));
         if self.state.area_light.is_some() {
             if self.object.is_some() {
                 self.once(span, "shapes of an object cannot emit: the area light is left out");
             } else if bare {
                 self.once(span, "a shape of material `interface` cannot emit: the area light is left out");
-            } else if let Some(light) = self.area_light() {
-                if hidden {
-                    self.once(span, "a light with `alpha` 0 is seen: in pbrt it shines unseen");
-                }
+            } else if let Some(light) = self.area_light(opacity) {
                 params.push(child(light, span));
             }
         }
@@ -98,6 +119,17 @@ impl Reader<'_> {
         };
         if let Some((path, at)) = file {
             self.wanted.note(path, Format::Ply { flip_v: false }, node, at);
+        }
+    }
+
+    /// A texture that is the same everywhere as its number.
+    fn constant_folded(&self, value: Value) -> Value {
+        let Value::Node(id) = value else { return value };
+        let node = self.description.node(id);
+        let constant = node.params.iter().find(|p| node.model.value == "constant" && p.name.value == "value");
+        match constant.map(|p| &p.value.value) {
+            Some(Value::Float(x)) => Value::Float(*x),
+            _ => value,
         }
     }
 

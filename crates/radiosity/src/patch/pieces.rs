@@ -29,7 +29,7 @@ impl Patches {
             surface_objects: vec![NONE; scene.surfaces.len()],
             sides: Vec::new(),
         };
-        for (id, _) in scene.surfaces.iter().filter(|(_, s)| !s.instanced) {
+        for (id, _) in scene.surfaces.iter().filter(|(_, s)| s.in_world) {
             patches.surface_objects[id.index()] = patches.objects.len() as u32;
             patches.object(scene, id, NO_INSTANCE, &Transform::IDENTITY);
         }

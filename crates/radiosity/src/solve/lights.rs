@@ -32,7 +32,7 @@ fn lights(scene: &Scene, patches: &Patches) -> Vec<(LightId, u32)> {
         if matches!(&emitter.model, Model::Area(area) if is_patch[area.surface.index()]) {
             continue;
         }
-        let samples = if emitter.is_delta() { POINTS } else { DIRECTIONS };
+        let samples = if emitter.is_delta() && !matches!(emitter.model, Model::Area(_)) { POINTS } else { DIRECTIONS };
         let id = |primitive| LightId { emitter: EmitterId(i as u32), primitive };
         lights.extend((0..emitter.model.primitive_count(scene)).map(|k| (id(k), samples)));
     }

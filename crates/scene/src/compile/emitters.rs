@@ -6,8 +6,9 @@ use crate::emitter::{
     Area, Constant, Directional, DirectionalArea, Emitter, Environment, Goniometric, Model, Octahedral, Point, Portal, Projector,
     Spot,
 };
-use crate::ids::{EmitterId, SurfaceId};
-use crate::texture::{Color, ColorSlot, Role, Texels, Texture};
+use crate::ids::{EmitterId, SurfaceId, TextureId};
+use crate::material::Material;
+use crate::texture::{Color, ColorSlot, Product, Role, ScalarSlot, Texels, Texture};
 use etendue_description::{Dialect, NodeId, Params};
 use etendue_numerics::{Frame, Vec2, Vec3};
 use std::sync::Arc;
@@ -111,9 +112,11 @@ impl<'a> Compiler<'a> {
     }
 
     fn area(&mut self, params: &mut Params<'a>, surface: SurfaceId) -> Area {
-        let radiance = self.emission(params, "radiance", 1.0);
+        let mut radiance = self.emission(params, "radiance", 1.0);
         let mut scale = params.float(self.diagnostics, "scale", 1.0, 0.0..=1e30) as f32;
         let two_sided = params.bool(self.diagnostics, "two_sided", false);
+        let unseen = params.bool(self.diagnostics, "unseen", false);
+        self.surfaces.get_mut(surface).in_world &= !unseen;
         if params.has("power") {
             let power = params.float(self.diagnostics, "power", 0.0, 0.0..=1e30);
             // Of a mesh each triangle has the power, evenly over all of them. A constant colour multiplies it.
@@ -130,7 +133,19 @@ impl<'a> Compiler<'a> {
             let unit = f64::from(luminance) * sides * std::f64::consts::PI * shape.area();
             scale *= if unit > 0.0 { (power * pieces / unit) as f32 } else { 0.0 };
         }
-        Area { surface, radiance, scale, two_sided }
+        // What is missing does not shine. The power is that of the whole.
+        if params.bool(self.diagnostics, "masked", false)
+            && let Material::Mask(mask) = self.at(self.surfaces.get(surface).material)
+        {
+            match *mask.opacity() {
+                ScalarSlot::Constant(opacity) => scale *= opacity.clamp(0.0, 1.0),
+                opacity => {
+                    self.textures.push(Texture::Product(Product { a: radiance, b: opacity }));
+                    radiance = ColorSlot::Texture(TextureId(self.textures.len() as u32 - 1));
+                }
+            }
+        }
+        Area { surface, radiance, scale, two_sided, unseen }
     }
 
     fn goniometric(&mut self, params: &mut Params<'a>) -> Option<Goniometric> {

@@ -168,7 +168,7 @@ impl<'a> Compiler<'a> {
             };
             world.add_instance(tree, &instance.to_world, i as u32);
         }
-        for (id, surface) in self.surfaces.iter().filter(|(_, s)| !s.instanced) {
+        for (id, surface) in self.surfaces.iter().filter(|(_, s)| s.in_world) {
             add(&mut world, id, &surface.shape);
         }
         world.build(&options)

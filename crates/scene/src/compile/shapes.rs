@@ -96,7 +96,7 @@ impl<'a> Compiler<'a> {
 
         // Where the geometry failed the emitter is compiled all the same, to hear of its mistakes.
         let surface =
-            shape.map(|shape| self.surfaces.push(Surface { shape, material, emitter: None, node: id, instanced: group.is_some() }));
+            shape.map(|shape| self.surfaces.push(Surface { shape, material, emitter: None, node: id, in_world: group.is_none() }));
         if let (Some(group), Some(surface)) = (group, surface) {
             self.shapes.groups[group].surfaces.push(surface);
         }

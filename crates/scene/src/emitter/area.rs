@@ -9,6 +9,8 @@
 //! | --- | --- | --- |
 //! | `radiance` | L, W/(m² sr); constant or textured | 1 |
 //! | `two_sided` | the back shines as well | false |
+//! | `masked` | L is multiplied by the opacity of the `mask` that is the surface's material | false |
+//! | `unseen` | it shines, but no ray meets it: light samples alone find it, as they do a point | false |
 //! | `scale` | a factor on L | 1 |
 //! | `power` | L is scaled so that where it is 1 the whole (of a mesh each triangle) has this flux, W; of a picture by its mean luminance | none |
 
@@ -35,6 +37,8 @@ pub struct Area {
     pub scale: f32,
     /// The back shines as well.
     pub two_sided: bool,
+    /// No ray meets it: of its light samples nobody else has a share.
+    pub unseen: bool,
 }
 
 /// A place on the surface, for its texture.
@@ -108,7 +112,7 @@ impl Light for Area {
             p: offset_origin(at.p, at.p_error, at.n, d),
             distance,
             le: self.emitted(&texture_context(scene, self.surface, at), wl),
-            pdf: Pdf::SolidAngle(*pdf_w),
+            pdf: if self.unseen { Pdf::Delta(*pdf_w) } else { Pdf::SolidAngle(*pdf_w) },
             emitter: id.emitter,
             primitive: id.primitive,
             n: if behind { -at.n } else { at.n },

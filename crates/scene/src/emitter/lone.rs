@@ -40,7 +40,7 @@ impl Lights {
     pub fn lone(&self, scene: &Scene) -> Option<Lone> {
         let Model::Area(area) = &scene.emitter(self.alone()?.emitter).model else { return None };
         let ColorSlot::Constant(color) = &area.radiance else { return None };
-        if area.two_sided || area.scale != 1.0 {
+        if area.two_sided || area.unseen || area.scale != 1.0 {
             return None;
         }
         let rectangle = FarRectangle::of(scene.surface(area.surface).shape.mesh()?)?;

@@ -255,9 +255,13 @@ impl Emitter {
         if self.lit { self.model.primitive_count(scene) } else { 0 }
     }
 
-    /// Whether no ray can meet it: it is a point, or shines in single directions.
+    /// Whether no ray can meet it: it is a point, shines in single directions, or is a surface that is not there.
     pub fn is_delta(&self) -> bool {
-        !matches!(self.model, Model::Area(_) | Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_) | Model::Portal(_))
+        match &self.model {
+            Model::Area(area) => area.unseen,
+            Model::Environment(_) | Model::Octahedral(_) | Model::Constant(_) | Model::Portal(_) => false,
+            _ => true,
+        }
     }
 }
 

@@ -77,7 +77,8 @@ pub struct LightSample {
     pub distance: f32,
     /// Radiance, W/(m² sr); for a discrete direction the irradiance on a surface that faces it, W/m²: I/r² of a point.
     pub le: Spectrum,
-    /// Density of `wi`, 1/sr, or the probability of the discrete direction; [`crate::Lights`] includes the choice of the light.
+    /// Density of `wi`, 1/sr, or the probability of the discrete direction; [`crate::Lights`] includes the choice of the light. `Delta` where no ray that
+    /// is scattered could find the light: of a surface that shines unseen the number is the density nevertheless.
     pub pdf: Pdf,
     /// The light.
     pub emitter: EmitterId,

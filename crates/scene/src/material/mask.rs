@@ -21,6 +21,11 @@ impl Mask {
         let events = if opaque { material.events() } else { material.events() | Event::NULL | Event::DELTA };
         Self { opacity, nested, events, lobes: material.lobes() + usize::from(!opaque) }
     }
+
+    /// o.
+    pub fn opacity(&self) -> &ScalarSlot {
+        &self.opacity
+    }
 }
 
 impl Model for Mask {

@@ -44,8 +44,8 @@ pub struct Surface {
     pub emitter: Option<EmitterId>,
     /// The node of the description that it came from.
     pub node: NodeId,
-    /// Whether it stands in the world only through instances.
-    pub instanced: bool,
+    /// Whether rays in the world meet it: not what stands there through instances only, nor a lamp that shines unseen.
+    pub in_world: bool,
 }
 
 /// All surfaces; a hit's `geometry` is an index here.

@@ -26,7 +26,7 @@ impl World {
     pub fn instanced(shapes: Vec<Shape>, instances: Vec<Transform>) -> Self {
         let mut surfaces = Surfaces::default();
         for shape in shapes {
-            surfaces.push(Surface { shape, material: MaterialId(0), emitter: None, node: NodeId(0), instanced: false });
+            surfaces.push(Surface { shape, material: MaterialId(0), emitter: None, node: NodeId(0), in_world: true });
         }
         let mut builder = Builder::new();
         for (id, surface) in surfaces.iter() {

@@ -11,7 +11,7 @@
 //! make of it for a particle, so that 1/r² is all that is left of G.
 
 use super::eye::Eye;
-use super::light_path::{LightPath, Origin, Place, emitting_point, surroundings_density};
+use super::light_path::{Finders, LightPath, Origin, Place, emitting_point, surroundings_density};
 use super::path_vertex::{PathVertex, Sides};
 use super::walk::Walk;
 use super::weights::power;
@@ -253,7 +253,7 @@ impl<'a> Strategies<'a> {
     /// is 0, since the walk from the eye finds the same without noise: it is a picture to compare with.
     pub fn emitter<'v>(&self, path: &'v LightPath, u: &impl Numbers, rays: &mut u64) -> Option<Found<'v>> {
         let origin = path.origin.as_ref()?;
-        let Place::Surface(x, false) = &origin.place else { return None };
+        let Place::Surface(x, Finders::SamplesAndHits) = &origin.place else { return None };
         if !self.may_count(1) {
             return None;
         }

@@ -29,14 +29,36 @@ pub struct Origin {
 /// What z_0 is.
 #[derive(Clone, Copy, Debug)]
 pub enum Place {
-    /// A point of an emitting surface; whether it shines in one direction only.
-    Surface(Interaction, bool),
+    /// A point of an emitting surface.
+    Surface(Interaction, Finders),
     /// A point.
     Point,
     /// A single direction.
     Direction,
     /// A direction of the surroundings, which are one light.
     Surroundings,
+}
+
+/// Who else finds the light of an emitting surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finders {
+    /// Light samples, and walks from the eye that hit it.
+    SamplesAndHits,
+    /// Light samples alone: it shines unseen.
+    Samples,
+    /// Nobody: it shines in single directions.
+    Nobody,
+}
+
+impl Finders {
+    /// Of the surface x of `scene`.
+    pub fn of(scene: &Scene, x: &Interaction) -> Self {
+        match scene.surface(x.surface).emitter.map(|id| &scene.emitter(id).model) {
+            Some(Model::Area(area)) if area.unseen => Self::Samples,
+            Some(Model::Area(_)) => Self::SamplesAndHits,
+            _ => Self::Nobody,
+        }
+    }
 }
 
 impl Origin {
@@ -64,7 +86,7 @@ impl Origin {
 
     fn on_surface(scene: &Scene, s: &EmissionSample) -> Option<Self> {
         let x = emitting_point(scene, s.emitter, s.primitive, s.ray.o, s.n, s.ray.d)?;
-        Some(Self::new(s, Place::Surface(x, s.pdf.direction.is_delta())))
+        Some(Self::new(s, Place::Surface(x, Finders::of(scene, &x))))
     }
 
     /// Several surroundings are one light of their summed radiance, whichever of them drew the direction.
@@ -84,7 +106,7 @@ impl Origin {
         };
         // An eye path hits surfaces and surroundings: one strategy, s = 0, behind r_0.
         let sums = match &self.place {
-            Place::Surface(_, false) | Place::Surroundings => 1.0,
+            Place::Surface(_, Finders::SamplesAndHits) | Place::Surroundings => 1.0,
             _ => 0.0,
         };
         Trail { p, n, distant, density: self.density, pdf_w: self.pdf_w, connect: 0.0, sums }
@@ -94,8 +116,8 @@ impl Origin {
     pub fn next_event_density(&self, scene: &Scene, from: &LightReference) -> f32 {
         let w = self.ray.d;
         match &self.place {
-            Place::Surface(_, true) => 0.0,
-            Place::Surface(x, false) => scene.pdf_light(from, x) * x.n.dot(w).abs() / x.p.distance_squared(from.p),
+            Place::Surface(_, Finders::Nobody) => 0.0,
+            Place::Surface(x, _) => scene.pdf_light(from, x) * x.n.dot(w).abs() / x.p.distance_squared(from.p),
             Place::Point | Place::Direction => scene.lights.probability(from, self.emitter),
             Place::Surroundings => scene.pdf_light_escaped(from, -w),
         }

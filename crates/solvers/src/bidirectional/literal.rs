@@ -7,7 +7,7 @@
 //! It knows nothing of how the path was found: slow, and the judge of [`super::weights`].
 
 use super::connect::{Found, Joint, Strategies};
-use super::light_path::{LightPath, Origin, Place, emitting_point, surroundings_density};
+use super::light_path::{Finders, LightPath, Origin, Place, emitting_point, surroundings_density};
 use super::path_vertex::PathVertex;
 use crate::transport::{Heuristic, Vertex};
 use etendue_bsdf::Scatter;
@@ -17,8 +17,8 @@ use etendue_scene::{EmitterId, Interaction};
 /// z_0.
 #[derive(Clone, Copy, Debug)]
 enum Source {
-    /// A point of an emitting surface; whether it shines in one direction only.
-    Surface(Interaction, bool),
+    /// A point of an emitting surface.
+    Surface(Interaction, Finders),
     /// A point.
     Point(EmitterId, Vec3),
     /// A single direction in which light travels.
@@ -53,7 +53,7 @@ fn chain(walk: &[PathVertex], last: Option<u32>, end: Option<&PathVertex>) -> Ve
 impl Source {
     fn of(origin: &Origin) -> Self {
         match &origin.place {
-            Place::Surface(x, single) => Self::Surface(*x, *single),
+            Place::Surface(x, finders) => Self::Surface(*x, *finders),
             Place::Point => Self::Point(origin.emitter, origin.ray.o),
             Place::Direction => Self::Direction(origin.emitter, origin.ray.d),
             Place::Surroundings => Self::Surroundings(origin.ray.d),
@@ -75,12 +75,12 @@ impl Whole {
     pub fn of(all: &Strategies<'_>, found: &Found<'_>, light: &LightPath, eye: &[PathVertex]) -> Option<Self> {
         let origin = || light.origin.as_ref().map(Source::of);
         let (source, from_light, mut from_eye, lens) = match found.joint {
-            Joint::Hit(last, x) => (Source::Surface(*x, false), vec![], chain(eye, last, None), -x.wo),
+            Joint::Hit(last, x) => (Source::Surface(*x, Finders::SamplesAndHits), vec![], chain(eye, last, None), -x.wo),
             Joint::Escape(last, w) => (Source::Surroundings(-w), vec![], chain(eye, last, None), w),
             Joint::Light(y, sample) => {
                 let at = emitting_point(all.c.scene, sample.emitter, sample.primitive, sample.p, sample.n, -sample.wi);
                 let source = match (at, sample.pdf) {
-                    (Some(x), _) => Source::Surface(x, false),
+                    (Some(x), _) => Source::Surface(x, Finders::of(all.c.scene, &x)),
                     (None, Pdf::SolidAngle(_)) => Source::Surroundings(-sample.wi),
                     (None, Pdf::Delta(_)) if sample.distance.is_finite() => Source::Point(sample.emitter, sample.p),
                     (None, Pdf::Delta(_)) => Source::Direction(sample.emitter, -sample.wi),
@@ -125,9 +125,9 @@ impl Whole {
     fn can_join(&self, s: usize) -> bool {
         let k = self.points.len() + 1;
         let dirac = |i: usize| i >= 1 && i < k && self.points[i - 1].1;
-        let single = matches!(self.source, Source::Surface(_, true));
+        let single = matches!(self.source, Source::Surface(_, Finders::Nobody));
         match s {
-            0 => matches!(self.source, Source::Surface(_, false) | Source::Surroundings(_)),
+            0 => matches!(self.source, Source::Surface(_, Finders::SamplesAndHits) | Source::Surroundings(_)),
             // The eye sees lamps by itself.
             1 if k == 1 => false,
             1 => !single && !dirac(1),

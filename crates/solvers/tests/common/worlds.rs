@@ -26,6 +26,15 @@ pub fn lamp() -> String {
     )
 }
 
+/// A ball in the middle of the room that shines unseen.
+pub fn unseen() -> String {
+    format!(
+        r#"<shape type="sphere"><point name="center" x="-0.2" y="0.3" z="0.1"/><float name="radius" value="0.25"/>{}
+            <emitter type="area"><rgb name="radiance" value="3, 4, 5"/><boolean name="unseen" value="true"/></emitter></shape>"#,
+        diffuse(0.2)
+    )
+}
+
 pub const GLASS: &str = r#"<shape type="sphere"><point name="center" x="0.2" y="-0.4" z="0.2"/><float name="radius" value="0.45"/>
     <bsdf type="dielectric"/></shape>"#;
 pub const ROUGH_GLASS: &str = r#"<shape type="sphere"><point name="center" x="0.2" y="-0.4" z="0.2"/><float name="radius" value="0.45"/>
@@ -125,6 +134,7 @@ pub fn all_scenes() -> Vec<(&'static str, Scene)> {
         ("parallel", yard(&parallel(), &format!("{SUN}{PROJECTOR}"))),
         ("picture sky", yard(&eye(), &format!("{}{SPOT}", sky_picture()))),
         ("mirrored lamp", room(&eye(), WALLS, &mirrored_lamp())),
+        ("unseen", room(&eye(), WALLS, &(unseen() + &lamp() + ROUGH_GLASS))),
     ]
 }
 

@@ -4,6 +4,8 @@
 //! | --- | --- |
 //! | `area` with `scale`, `power` | worked into `radiance` |
 //! | `area` with `two_sided` | its front only |
+//! | `area` with `unseen` | seen |
+//! | `area` with `masked` | shines where its mask has holes as well |
 //! | `spot` with smooth `falloff` | linear between the same angles |
 //! | `envmap` over equal areas, `illuminance` | a polar picture; worked into `scale` |
 //! | `projector` without `falloff`, `power` | a picture times cos³θ/π; worked into `scale` |
@@ -37,8 +39,14 @@ impl Plain<'_, '_> {
 
     fn area_light(&mut self, id: NodeId) {
         let node = self.read.node(id).clone();
-        remove(self.node(id), &["scale", "power", "two_sided"]);
+        remove(self.node(id), &["scale", "power", "two_sided", "unseen", "masked"]);
         let two_sided = flag(&node, "two_sided", false);
+        if flag(&node, "unseen", false) {
+            self.approximated(id, "unseen", "is seen, and stands in the way");
+        }
+        if flag(&node, "masked", false) {
+            self.approximated(id, "masked", "shines where its mask has holes as well");
+        }
         if two_sided {
             self.approximated(id, "two_sided", "shines on its front only");
         }

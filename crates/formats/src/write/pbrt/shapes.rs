@@ -6,6 +6,7 @@
 //! | `sphere`, `cylinder`, `disk` | the same; what is not about the origin is moved there |
 //! | `shapegroup`, `instance`, `merge` | `ObjectBegin`, `ObjectInstance`, the shapes one by one |
 //! | `mask` around the material | `alpha` |
+//! | `unseen` of a light | `alpha` 0 |
 //! | `sdfgrid` | dropped |
 
 use super::list::{List, quoted, transform};
@@ -82,6 +83,9 @@ impl Writer<'_, '_> {
         let emitters = children(self.d, id, Kind::Emitter);
         let material = self.shape_material(id, !emitters.is_empty(), &mut geometry.list);
         let light = emitters.first().and_then(|light| self.area_light(*light));
+        if light.is_some() {
+            self.alpha_of_light(id, emitters[0], &mut geometry.list);
+        }
         let steps = transform(geometry.place);
         let simple = steps.is_empty() && !geometry.reverse && light.is_none();
         if simple {
@@ -115,6 +119,18 @@ impl Writer<'_, '_> {
             self.number(list, "alpha", &opacity);
         }
         self.material(material)
+    }
+
+    /// A light that shines unseen has no `alpha`; what shines where it is not there has no like in pbrt.
+    fn alpha_of_light(&mut self, shape: NodeId, light: NodeId, list: &mut List) {
+        let node = self.d.node(light);
+        if flag(node, "unseen", false) {
+            list.float("alpha", 0.0);
+        } else if !flag(node, "masked", false)
+            && children(self.d, shape, Kind::Bsdf).first().is_some_and(|m| self.peel(*m).opacity.is_some())
+        {
+            self.approximated(light, "", "does not shine where its surface's mask has holes");
+        }
     }
 
     fn geometry(&mut self, id: NodeId) -> Option<Geometry> {

@@ -32,7 +32,7 @@ impl<'a> Compiler<'a> {
             .collect()
     }
 
-    fn at(&self, id: MaterialId) -> &Material {
+    pub(crate) fn at(&self, id: MaterialId) -> &Material {
         &self.materials[id.index()]
     }
 

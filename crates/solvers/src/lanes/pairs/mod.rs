@@ -51,7 +51,7 @@ impl<'a> Plain<'a> {
         let is_plain = !all.c.rules.hide_emitters
             && !scene.has_transparent
             && (0..scene.surfaces.len() as u32).all(lambert)
-            && scene.emitters.iter().all(|e| matches!(&e.model, Model::Area(area) if !area.two_sided));
+            && scene.emitters.iter().all(|e| matches!(&e.model, Model::Area(area) if !area.two_sided && !area.unseen));
         let half = Vec2::splat(0.5);
         let emission = scene.lights.sample_emission(scene, 0.5, half, half, &Wavelengths::Rgb);
         let lone_density = emission.map_or(0.0, |s| s.pdf.position.value());
