@@ -1,6 +1,6 @@
 //! The step of [`PathMis`] for many walks at once, a walk a lane: its twin, bit for bit.
 //!
-//! Vertices on Lambert's surfaces become lanes, all others take the scalar step. What looks things up (surfaces, textures, lights)
+//! Vertices on Lambert's surfaces become lanes, all others go one by one, if together ([`others`]). What looks things up (surfaces, textures, lights)
 //! goes from walk to walk; what computes is a loop over lanes that the compiler makes vectors of ([`etendue_numerics::wide`]).
 //!
 //! | stage | scalar step | lanes |
@@ -13,6 +13,7 @@
 
 mod connect;
 mod light;
+pub(crate) mod others;
 pub(crate) mod pairs;
 mod place;
 mod steer;
@@ -29,12 +30,15 @@ use etendue_numerics::{Dim, Sampler, Spectrum, Vec2, Wavelengths, wide};
 use etendue_scene::{ColorSlot, Lone, NO_INSTANCE, SurfaceId, TextureContext};
 use place::Place;
 use turn::Turn;
-use vertices::{Lane, Vertices};
+use vertices::Vertices;
 
 /// A solver whose walks differ from those of [`PathMis`] in how they turn, and in nothing else.
 trait Turns: PathSolver {
     /// κ of roulette.
     const HOPE: f32;
+
+    /// Whether it turns as [`PathMis`] does where surfaces are not Lambert's.
+    const ALIKE: bool;
 
     /// What they have in common.
     fn mis(&self) -> &PathMis;
@@ -54,30 +58,39 @@ impl Default for Lanes {
 
 /// Advances all walks of the crowd by one vertex.
 #[expect(private_bounds, reason = "the two solvers that turn on lanes are listed here")]
-pub(crate) fn scatter_all<'a>(solver: &impl Turns, c: &Context<'a>, crowd: &mut Crowd<'a>) {
+pub(crate) fn scatter_all<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>) {
     let c = &c.eager();
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
+    let mut others = std::mem::take(&mut crowd.others);
     let lone = c.scene.lights.lone(c.scene);
     let (going, hits) = (std::mem::take(&mut crowd.going), std::mem::take(&mut crowd.hits));
     for (i, hit) in going.iter().zip(&hits) {
         let (walk, u) = (&mut crowd.walks[*i as usize], &crowd.samplers[*i as usize]);
         match hit.as_ref().and_then(|hit| Some((hit, lambert(c, walk, hit)?))) {
             Some((hit, lambert)) => gather(solver.mis(), c, v, *i, walk, u, hit, lambert),
-            None => {
-                let before = crowd.neighbours.watches(walk.vertex).then_some(*walk);
-                let step = solver.scatter(c, walk, *hit, u);
-                if let Some(before) = &before {
-                    crowd.neighbours.note(c, *i, before, hit.as_ref(), &step, walk);
+            None => match hit {
+                Some(hit) if T::ALIKE => others.push(solver.mis(), c, *i, walk, u, hit),
+                _ => {
+                    let before = crowd.neighbours.watches(walk.vertex).then_some(*walk);
+                    let step = solver.scatter(c, walk, *hit, u);
+                    if let Some(before) = &before {
+                        crowd.neighbours.note(c, *i, before, hit.as_ref(), &step, walk);
+                    }
+                    crowd.take(*i, &step);
                 }
-                crowd.take(*i, &step);
-            }
+            },
         }
         if v.is_full() {
             advance(solver, c, crowd, v, lone.as_ref());
         }
+        if others.is_full() {
+            others.advance(solver.mis(), c, crowd);
+        }
     }
     advance(solver, c, crowd, v, lone.as_ref());
+    others.advance(solver.mis(), c, crowd);
+    crowd.others = others;
     (crowd.lanes, crowd.going, crowd.hits) = (Some(lanes), going, hits);
 }
 
@@ -169,6 +182,7 @@ fn advance<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>, v: 
 
 impl Turns for PathMis {
     const HOPE: f32 = HOPE;
+    const ALIKE: bool = true;
 
     fn mis(&self) -> &PathMis {
         self
@@ -184,6 +198,6 @@ impl Turns for PathMis {
 }
 
 /// The numbers of all lanes in one dimension.
-fn draw(samplers: &[Sampler], dim: Dim, [x, y]: &mut [Lane; 2]) {
+fn draw<const N: usize>(samplers: &[Sampler], dim: Dim, [x, y]: &mut [[f32; N]; 2]) {
     Sampler::u2_each(samplers, dim, x, y);
 }

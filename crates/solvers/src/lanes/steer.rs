@@ -19,6 +19,7 @@ use etendue_numerics::{Dim, Vec2, wide};
 
 impl Turns for Guided<'_> {
     const HOPE: f32 = walk::HOPE;
+    const ALIKE: bool = false;
 
     fn mis(&self) -> &PathMis {
         &Self::MIS

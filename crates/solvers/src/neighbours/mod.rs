@@ -26,7 +26,7 @@ mod sight;
 pub(crate) use meet::{FOLLOWED, meet};
 
 use crate::lanes::lambert;
-use crate::transport::{Context, PathState, Step, Vertex};
+use crate::transport::{Context, PathState, ShadowQuery, Step, Throughput, Vertex};
 use etendue_accel::Hit;
 use etendue_bsdf::{Bsdf, Scatter};
 use etendue_numerics::{Ray, Spectrum, Vec3};
@@ -147,13 +147,7 @@ impl<'a> Neighbours<'a> {
     pub fn note(&mut self, c: &Context<'a>, i: u32, before: &PathState, hit: Option<&Hit>, step: &Step, after: &PathState) {
         let Some(hit) = hit.filter(|_| !c.ends(before)) else { return };
         if before.vertex == 2 {
-            if let Some(k) = self.find_of[i as usize]
-                && let Some(other) = &mut self.finds[k as usize].other
-            {
-                other.wi_light = step.shadow.map_or(Vec3::ZERO, |query| query.ray.d);
-                other.wi = after.ray.d;
-            }
-            return;
+            return self.note_second(i, step.shadow.as_ref(), after);
         }
         let x = c.scene.interaction(&before.ray, hit);
         let first =
@@ -162,9 +156,43 @@ impl<'a> Neighbours<'a> {
             if step.goes_on {
                 self.first(i, first);
             }
-        } else if self.keep(c, &x, before) {
-            let (beta, other) = (before.beta.carry(Spectrum::ONE), self.vertices.len() as u32 - 1);
-            self.first(i, First { ns: LightReference::reflecting(&x).n, beta, other: Some(other), ..first });
+        } else {
+            self.note_first(i, before.beta, &Vertex::new(c.scene, x, &before.wl));
+        }
+    }
+
+    /// Notes what walk i did at a vertex that is not Lambert's, β before it.
+    pub fn note_other(
+        &mut self,
+        i: u32,
+        vertex: u32,
+        beta: Throughput,
+        y: &Vertex<'a>,
+        shadow: Option<&ShadowQuery>,
+        after: &PathState,
+    ) {
+        match vertex {
+            1 => self.note_first(i, beta, y),
+            _ => self.note_second(i, shadow, after),
+        }
+    }
+
+    /// Notes the first vertex of walk i that is not Lambert's, if it shares.
+    fn note_first(&mut self, i: u32, beta: Throughput, y: &Vertex<'a>) {
+        if shares(&y.bsdf) {
+            let (beta, other) = (beta.carry(Spectrum::ONE), Some(self.vertices.len() as u32));
+            self.vertices.push(*y);
+            let Interaction { p, p_error, n, .. } = y.x;
+            self.first(i, First { p, p_error, n, ns: LightReference::reflecting(&y.x).n, beta, other });
+        }
+    }
+
+    /// Notes where the light came from to walk i's second vertex.
+    fn note_second(&mut self, i: u32, shadow: Option<&ShadowQuery>, after: &PathState) {
+        if let Some(k) = self.find_of[i as usize]
+            && let Some(other) = &mut self.finds[k as usize].other
+        {
+            (other.wi_light, other.wi) = (shadow.map_or(Vec3::ZERO, |query| query.ray.d), after.ray.d);
         }
     }
 

@@ -9,7 +9,7 @@
 //! find, where the solver says how ([`PathSolver::meet`]); they depend on each other, and on nobody else.
 
 use super::{Context, PathSolver, PathState, ShadowQuery, Step, arrives};
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, others::Others};
 use crate::neighbours::Neighbours;
 use etendue_accel::Hit;
 use etendue_numerics::{Ray, Sampler, Spectrum};
@@ -33,6 +33,7 @@ pub struct Crowd<'a> {
     occluded: Vec<bool>,
     /// Memory of those steps that work on lanes.
     pub(crate) lanes: Option<Lanes>,
+    pub(crate) others: Others<'a>,
     /// Where each block of walks that may share ends.
     pub(crate) blocks: Vec<u32>,
     pub(crate) neighbours: Neighbours<'a>,
