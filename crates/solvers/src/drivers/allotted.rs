@@ -79,7 +79,7 @@ impl<S: PixelSolver> Pass<'_, S> {
                 let pixel = [x + left, y + top];
                 (pixel, Sampler::on_screen(self.run.sequence, self.plan.seed, pixel, *sample, self.plan.count))
             };
-            set_out(&self.context, self.run.view, crowded, walk, crowd, |_, position| seen.push((position, Spectrum::ZERO)));
+            set_out(&self.context, self.run.view, crowded, walk, crowd, |position| seen.push((position, Spectrum::ZERO)));
             self.solver.radiances(&self.context, crowd, &mut rays);
             seen[first..].iter_mut().zip(crowd.collected()).for_each(|((_, l), collected)| *l = collected);
         }

@@ -200,15 +200,17 @@ impl SamplePlan {
         }
     }
 
-    /// Where a pixel of the film stands in a picture whose blocks are put together: of each two by two pixels one, any of them, goes to each of the four blocks of a square.
+    /// Which of each two by two pixels of the film, [x, y] one of them, go to which of the four blocks of a square: any of them.
+    #[inline]
+    fn turn(&self, [x, y]: [u32; 2]) -> u32 {
+        mix(self.seed ^ mix(u64::from(y >> 1) << 32 ^ u64::from(x >> 1))) as u32
+    }
+
+    /// Where a pixel of the film stands in a picture whose blocks are put together, with its `turn`.
     /// Its numbers are those of that place, for neighbours there have the most even ones together.
     #[inline]
-    fn together(&self, edge: u32, [x, y]: [u32; 2]) -> [u32; 2] {
-        if edge == 1 {
-            return [x, y];
-        }
+    fn together(edge: u32, [x, y]: [u32; 2], turn: u32) -> [u32; 2] {
         // The edge is a power of two.
-        let turn = mix(self.seed ^ mix(u64::from(y >> 1) << 32 ^ u64::from(x >> 1))) as u32;
         let place = |x: u32, turn: u32| (x & !(2 * edge - 1)) + (x >> 1 & (edge - 1)) + ((x ^ turn) & 1) * edge;
         [place(x, turn), place(y, turn >> 1)]
     }
@@ -237,15 +239,10 @@ fn fill<'a>(
     let edge = solver.block();
     let Places { pixels, order, ends } = Places::new(plan, tiling, todo(), edge, &view.film);
     let mut positions = Vec::with_capacity(pixels.len());
-    let mut ends = ends.iter().peekable();
     crowd.clear();
+    crowd.blocks.extend(ends);
     let walk = |(pixel, [x, y]): &([u32; 2], [u32; 2])| (*pixel, plan.sampler(run, *x, *y));
-    set_out(c, run.view, &pixels, walk, crowd, |crowd, position| {
-        positions.push(position);
-        if ends.next_if_eq(&&positions.len()).is_some() {
-            crowd.end_block();
-        }
-    });
+    set_out(c, run.view, &pixels, walk, crowd, |position| positions.push(position));
     let mut rays = 0;
     solver.radiances(c, crowd, &mut rays);
 
@@ -274,31 +271,38 @@ fn fill<'a>(
     work.progress.paths.fetch_add(next.start as u64, Ordering::Relaxed);
 }
 
-/// Adds a walk about to leave the eye for each of `places`; `walk` says through which pixel of the whole film, and with which numbers. `added` hears of each in turn,
-/// with its position in the picture. The first numbers are drawn for many together.
+/// Adds a walk about to leave the eye for each of `places`; `walk` says through which pixel of the whole film, and with which numbers. `added` hears of each in turn
+/// where it is in the picture. The first numbers are drawn for many together.
 pub(super) fn set_out<'a, T>(
     c: &Context<'a>,
     view: usize,
     places: &[T],
     walk: impl Fn(&T) -> ([u32; 2], Sampler),
     crowd: &mut Crowd<'a>,
-    mut added: impl FnMut(&mut Crowd<'a>, Vec2),
+    mut added: impl FnMut(Vec2),
 ) {
     let View { film, sensor, .. } = &c.scene.views[view];
     let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
-    for some in places.chunks(within_x.len()) {
-        let (pixels, samplers): (Vec<_>, Vec<_>) = some.iter().map(&walk).unzip();
-        Sampler::u2_each(&samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
-        Sampler::u1_each(&samplers, Dim::at(0, slot::TIME), time);
+    let mut pixels = [[0; 2]; wide::PAD * 16];
+    for some in places.chunks(pixels.len()) {
+        let first = crowd.samplers.len();
+        crowd.samplers.extend(some.iter().zip(&mut pixels).map(|(place, to)| {
+            let (pixel, u) = walk(place);
+            *to = pixel;
+            u
+        }));
+        let samplers = &crowd.samplers[first..];
+        Sampler::u2_each(samplers, Dim::at(0, slot::PIXEL), within_x, within_y);
+        Sampler::u1_each(samplers, Dim::at(0, slot::TIME), time);
         if c.scene.spectral {
-            Sampler::u1_each(&samplers, Dim::at(0, slot::WAVELENGTHS), hue);
+            Sampler::u1_each(samplers, Dim::at(0, slot::WAVELENGTHS), hue);
         }
-        for (i, (pixel, u)) in pixels.into_iter().zip(samplers).enumerate() {
-            let (position, on_film) = place(film, pixel, Vec2::new(within_x[i], within_y[i]));
+        crowd.walks.extend(samplers.iter().enumerate().map(|(i, u)| {
+            let (position, on_film) = place(film, pixels[i], Vec2::new(within_x[i], within_y[i]));
+            added(position);
             let wl = c.scene.wavelengths(|| hue[i]);
-            crowd.push(eye_walk_at(c, view, on_film, lens(sensor, &u), time[i], wl), u);
-            added(crowd, position);
-        }
+            eye_walk_at(c, view, on_film, lens(sensor, u), time[i], wl)
+        }));
     }
 }
 
@@ -310,13 +314,14 @@ struct Places {
     /// For each pixel of the tiles, row by row, its place among those; nothing where they are the same.
     order: Vec<usize>,
     /// Where blocks end.
-    ends: Vec<usize>,
+    ends: Vec<u32>,
 }
 
 impl Places {
     fn new(plan: &SamplePlan, tiling: &Tiling, tiles: impl Iterator<Item = usize>, edge: u32, film: &FilmSettings) -> Self {
         let mut all = Self { pixels: Vec::with_capacity(CROWD), order: Vec::new(), ends: Vec::new() };
         let [left, top] = film.crop_offset;
+        let (mut blocks, mut turns): ([Vec<_>; 4], _) = (Default::default(), vec![0; edge as usize]);
         for tile in tiles {
             if edge == 1 {
                 all.pixels.extend(tiling.pixels(tile).map(|[x, y]| [x + left, y + top]).map(|pixel| (pixel, pixel)));
@@ -326,11 +331,18 @@ impl Places {
             let (first, width) = (all.order.len(), high[0] - low[0]);
             all.order.resize(first + (width * (high[1] - low[1])) as usize, 0);
             for [left, top, right, bottom] in tiling.squares(tile, 2 * edge, film) {
-                let mut blocks: [Vec<_>; 4] = Default::default();
-                for pixel in (top..bottom).flat_map(|y| (left..right).map(move |x| [x, y])) {
-                    let place = plan.together(edge, pixel);
-                    let [x, y] = place.map(|x| usize::from(x & edge != 0));
-                    blocks[x | y << 1].push((pixel, place));
+                blocks.iter_mut().for_each(Vec::clear);
+                for y in top..bottom {
+                    for x in left..right {
+                        // Two rows and two columns share a turn.
+                        let turn = &mut turns[((x - left) >> 1) as usize];
+                        if (x | y) & 1 == 0 {
+                            *turn = plan.turn([x, y]);
+                        }
+                        let place = SamplePlan::together(edge, [x, y], *turn);
+                        let [i, j] = place.map(|x| usize::from(x & edge != 0));
+                        blocks[i | j << 1].push(([x, y], place));
+                    }
                 }
                 for same in blocks.iter().filter(|same| !same.is_empty()) {
                     for (pixel @ [x, y], place) in same {
@@ -340,7 +352,7 @@ impl Places {
                         }
                         all.pixels.push((*pixel, *place));
                     }
-                    all.ends.push(all.pixels.len());
+                    all.ends.push(all.pixels.len() as u32);
                 }
             }
         }

@@ -47,17 +47,6 @@ impl<'a> Crowd<'a> {
         self.blocks.clear();
     }
 
-    /// Adds a walk about to leave the eye.
-    pub fn push(&mut self, eye: PathState, u: Sampler) {
-        self.walks.push(eye);
-        self.samplers.push(u);
-    }
-
-    /// The walks since the last block are one.
-    pub fn end_block(&mut self) {
-        self.blocks.push(self.walks.len() as u32);
-    }
-
     /// Whether there are no walks.
     pub fn is_empty(&self) -> bool {
         self.walks.is_empty()
