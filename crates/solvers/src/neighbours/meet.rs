@@ -1,12 +1,11 @@
 //! What the rays of a block's walks meet beyond their first vertices, and who takes how much of it.
 
-use super::sight::{Aim, Densities, LANES, Second};
+use super::sight::{Aim, Cosines, Densities, LANES, Second};
 use super::{Find, First, Neighbours, OtherFind};
 use crate::lanes::lambert;
 use crate::path_mis::PathMis;
 use crate::transport::{Context, Crowd, HOPE, Heuristic, PathState, Throughput, mis_weight, slot};
 use etendue_accel::Hit;
-use etendue_numerics::math::FRAC_1_PI;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
 use etendue_scene::SurfaceId;
@@ -83,12 +82,11 @@ impl<'a> Neighbours<'a> {
             }
             Second::from(&y)
         };
-        let guess = self.guess(block, i, &Met::Surface(&y), self.follow);
-        let Some((first, q)) = guess.filter(|(_, q)| *q == 1.0 || u() < *q) else {
+        let q = self.guess(block, i, &Met::Surface(&y), self.follow);
+        let Some((first, q)) = q.filter(|q| *q == 1.0 || u() < *q).map(|q| (self.follow(), q)) else {
             self.vertices.truncate(other.unwrap_or(self.vertices.len()));
             // Where it could not have gone there it goes on by itself.
-            guess.inspect(|(first, _)| self.densities.truncate(*first));
-            return guess.is_some();
+            return q.is_some();
         };
         for (n, k) in (block[0]..block[1]).enumerate() {
             self.share(&Met::Surface(&y), first + n, k, |_| 1.0);
@@ -120,11 +118,11 @@ impl<'a> Neighbours<'a> {
             return false;
         }
         let d = walk.ray.d;
-        let Some((first, q)) = self.guess(block, i, &Met::Sky(d), ESCAPED) else { return false };
+        let Some(q) = self.guess(block, i, &Met::Sky(d), ESCAPED) else { return false };
         if q < 1.0 && u() >= q {
-            self.densities.truncate(first);
             return true;
         }
+        let first = self.follow();
         for (n, k) in (block[0]..block[1]).enumerate() {
             let from = self.firsts[k as usize].from();
             let weight = |pdf: f32| mis_weight(heuristic, pdf, c.scene.pdf_light_escaped(&from, d));
@@ -139,30 +137,28 @@ impl<'a> Neighbours<'a> {
         true
     }
 
-    /// Notes a for each walk of the block, as if all were Lambert's and saw y. Returns the place of the first, and q; `None` where the walk i itself, by
-    /// rounding, could not have gone there.
-    fn guess(&mut self, block: [u32; 2], i: u32, met: &Met<'_>, kappa: f32) -> Option<(usize, f32)> {
-        let first = self.densities.len();
+    /// Guesses a for each walk of the block, as if all were Lambert's and saw y. Returns q; `None` where the walk i itself, by rounding, could not have gone there.
+    fn guess(&mut self, block: [u32; 2], i: u32, met: &Met<'_>, kappa: f32) -> Option<f32> {
         let (begin, end) = (block[0] as usize, block[1] as usize);
-        match met {
-            Met::Sky(w) => self.densities.extend(self.firsts[begin..end].iter().map(|x| (x.ns.dot(*w) * FRAC_1_PI).max(0.0))),
-            Met::Surface(y) => {
-                for some in (begin..end).step_by(LANES) {
-                    let found = wide::widest(Densities { places: &self.sights, first: some, y });
-                    self.densities.extend(&found[..LANES.min(end - some)]);
-                }
-            }
-        }
+        self.guessed.clear();
         let (mut sum, mut squares) = (0.0, 0.0);
-        for a in &self.densities[first..] {
-            sum += a;
-            squares += a * a;
+        for first in (begin..end).step_by(LANES) {
+            let (places, count) = (&self.sights, LANES.min(end - first));
+            let found = match met {
+                Met::Sky(w) => wide::widest(Cosines { places, first, count, w: *w }),
+                Met::Surface(y) => wide::widest(Densities { places, first, count, y }),
+            };
+            self.guessed.extend_from_slice(&found.a[..count]);
+            (sum, squares) = (sum + found.sum, squares + found.squares);
         }
-        if self.densities[first + (i - block[0]) as usize] > 0.0 && squares > 0.0 && sum.is_finite() {
-            return Some((first, (kappa * squares.sqrt() / sum).min(1.0)));
-        }
-        self.densities.truncate(first);
-        None
+        let could = self.guessed[i as usize - begin] > 0.0 && squares > 0.0 && sum.is_finite();
+        could.then(|| (kappa * squares.sqrt() / sum).min(1.0))
+    }
+
+    /// Notes what was guessed. Returns its first place.
+    fn follow(&mut self) -> usize {
+        self.densities.extend_from_slice(&self.guessed);
+        self.densities.len() - self.guessed.len()
     }
 
     /// What walk k takes, if nothing stands between; `weight` of its density, 1/sr, is its share against light samples from a sky.

@@ -91,6 +91,8 @@ pub(crate) struct Neighbours<'a> {
     find_of: Vec<Option<u32>>,
     /// Of each find and each walk of its block: a, and what the walk takes of L.
     densities: Vec<f32>,
+    /// a of a block for a place that may not be followed.
+    guessed: Vec<f32>,
     shares: Vec<Spectrum>,
     rays: Vec<Ray>,
     /// Whose share each ray decides.

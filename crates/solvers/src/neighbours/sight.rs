@@ -99,18 +99,52 @@ impl Places {
     }
 }
 
-/// |cosθ_x| |cosθ_y| / (π r²) of the vertices from number `first` on, as if all were Lambert's; zero where y or x is seen from its other side, and where nobody shares.
+/// a of some vertices, Σ a and Σ a².
+pub(super) struct Guess {
+    pub a: [f32; LANES],
+    pub sum: f32,
+    pub squares: f32,
+}
+
+impl Guess {
+    /// Of the first `count`.
+    #[inline(always)]
+    fn of(mut a: [f32; LANES], count: usize) -> Self {
+        let mut squares = [0.0; LANES];
+        for (i, (a, square)) in a.iter_mut().zip(&mut squares).enumerate() {
+            *a = if i < count { *a } else { 0.0 };
+            *square = *a * *a;
+        }
+        Self { a, sum: total(a), squares: total(squares) }
+    }
+}
+
+/// Σ x, half by half: what vectors can do.
+#[inline(always)]
+fn total(mut x: [f32; LANES]) -> f32 {
+    let mut half = LANES / 2;
+    while half > 0 {
+        for i in 0..half {
+            x[i] += x[i + half];
+        }
+        half /= 2;
+    }
+    x[0]
+}
+
+/// |cosθ_x| |cosθ_y| / (π r²) of `count` vertices from number `first` on, as if all were Lambert's; zero where y or x is seen from its other side, and where nobody shares.
 pub(super) struct Densities<'a> {
     pub places: &'a Places,
     pub first: usize,
+    pub count: usize,
     pub y: &'a Second,
 }
 
 impl wide::Job for Densities<'_> {
-    type Output = [f32; LANES];
+    type Output = Guess;
 
     #[inline(always)]
-    fn run(self) -> [f32; LANES] {
+    fn run(self) -> Guess {
         let (p, ns, y) = (self.places.p.lanes(self.first), self.places.ns.lanes(self.first), self.y);
         let front = y.ns.dot(y.wo) > 0.0;
         let mut a = [0.0; LANES];
@@ -121,7 +155,29 @@ impl wide::Job for Densities<'_> {
             let same_side = (y.ns.dot(d) < 0.0) == front;
             *a = if same_side & (seen > 0.0) { seen } else { 0.0 };
         }
-        a
+        Guess::of(a, self.count)
+    }
+}
+
+/// cosθ_x/π of the direction w, else the same.
+pub(super) struct Cosines<'a> {
+    pub places: &'a Places,
+    pub first: usize,
+    pub count: usize,
+    pub w: Vec3,
+}
+
+impl wide::Job for Cosines<'_> {
+    type Output = Guess;
+
+    #[inline(always)]
+    fn run(self) -> Guess {
+        let ns = self.places.ns.lanes(self.first);
+        let mut a = [0.0; LANES];
+        for (i, a) in a.iter_mut().enumerate() {
+            *a = (at(&ns, i).dot(self.w) * FRAC_1_PI).max(0.0);
+        }
+        Guess::of(a, self.count)
     }
 }
 
