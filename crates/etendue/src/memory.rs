@@ -54,8 +54,9 @@ impl Need {
         let writing = Self::PICTURES + 2 * self.layer_bytes;
         let replicates = match self.stop {
             Stop::Noise { .. } => {
-                let allocation = if self.spread == Spread::Adaptive { pixels.saturating_mul(Allocation::BYTES) } else { 0 };
-                allocation.saturating_add(pixels.min(Replicates::TRACKED) * 24 * Replicates::K as u64)
+                let adaptive = self.spread == Spread::Adaptive;
+                let allocation = if adaptive { pixels.saturating_mul(Allocation::BYTES) } else { 0 };
+                allocation.saturating_add(Replicates::bytes(pixels, adaptive))
             }
             _ => 0,
         };

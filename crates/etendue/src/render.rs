@@ -269,7 +269,7 @@ fn spread(options: &RenderOptions, stop: Stop, choice: &Choice) -> Result<Spread
         )),
         Some(Spread::Adaptive) if !choice.adapts() => Err(RenderError(
             "this solver spreads its samples uniformly: what it finds from the lights, or all over the picture at once, falls into any pixel\n  \
-            help: solvers that take more samples where there is noise: path-mis, path-nee, path, direct, whitted, distribution"
+            help: solvers that take more samples where there is noise: path-mis, path-guided, path-nee, path, direct, whitted, distribution"
                 .to_owned(),
         )),
         spread => Ok(spread.unwrap_or_default()),

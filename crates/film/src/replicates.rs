@@ -10,7 +10,18 @@
 //!
 //! relMSE is quadratic in the picture's values, so each x̄² is taken less its own variance to stay unbiased. The mean x̄ is over all tracked
 //! pixels and channels.
+//!
+//! Where all light comes by tiles, the replicates are pictures through the film's own filter: what they say is true of edges and of numbers that are even across
+//! pixels, too. A filtered pixel is a ratio of sums, x = Σ_r A_r / Σ_r W_r with A = Σ k L and W = Σ k, and its variance that of what the replicates differ by
+//! [Cochran 1977, eq. 2.39]:
+//!
+//! ```text
+//! s²/K = K/(K - 1) · Σ_r (A_r - x W_r)² / (Σ_r W_r)²
+//! ```
+//!
+//! Splats fall between tiles: solvers that make them have replicates of the pixels before the filter, whose variance is multiplied by what the filter leaves of independent pixels'.
 
+use crate::tile::Tile;
 use serde::{Deserialize, Serialize};
 
 /// Sums of K replicates over a subset of the pixels.
@@ -19,8 +30,10 @@ pub struct Replicates {
     width: u32,
     stride: u64,
     count: usize,
-    /// Σ L in units of 2⁻²⁰, replicate after replicate, tracked pixel after tracked pixel.
+    /// Σ L of the unfiltered pixels in units of 2⁻²⁰, replicate after replicate, tracked pixel after tracked pixel; empty where nobody asks.
     sums: Vec<[i64; 3]>,
+    /// Σ k L and Σ k alike, through the filter.
+    filtered: Vec<[i64; 4]>,
 }
 
 /// An estimated relMSE and its 95 % confidence interval.
@@ -54,10 +67,15 @@ const UNIT: f64 = 1_048_576.0;
 impl Replicates {
     /// Number of replicates.
     pub const K: usize = 16;
-    /// Pixels tracked at most: 96 MiB of sums.
+    /// Pixels tracked at most: 96 MiB of sums pixel by pixel, 128 MiB through a filter.
     pub const TRACKED: u64 = 1 << 18;
 
-    /// No samples yet, for a picture of this size.
+    /// Bytes of the sums of so many pixels: through the filter, or both ways.
+    pub fn bytes(pixels: u64, both: bool) -> u64 {
+        pixels.min(Self::TRACKED) * Self::K as u64 * if both { 32 + 24 } else { 32 }
+    }
+
+    /// No samples yet, for a picture of this size, pixel by pixel.
     pub fn new(size: [u32; 2]) -> Self {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         // A stride prime to the width walks over all columns.
@@ -66,13 +84,20 @@ impl Replicates {
             stride += 1;
         }
         let count = pixels.div_ceil(stride) as usize;
-        Self { width: size[0], stride, count, sums: vec![[0; 3]; count * Self::K] }
+        Self { width: size[0], stride, count, sums: vec![[0; 3]; count * Self::K], filtered: Vec::new() }
     }
 
-    /// Whether these are replicates of a picture of this size.
-    pub fn fits(&self, size: [u32; 2]) -> bool {
-        let blank = Self::new(size);
-        (self.width, self.stride, self.count, self.sums.len()) == (blank.width, blank.stride, blank.count, blank.sums.len())
+    /// The same for a picture that is made of tiles alone, through its filter; and pixel by pixel as well, if asked.
+    pub fn of_tiles(size: [u32; 2], pixels: bool) -> Self {
+        let all = Self::new(size);
+        let sums = if pixels { all.sums } else { Vec::new() };
+        Self { sums, filtered: vec![[0; 4]; all.count * Self::K], ..all }
+    }
+
+    /// Whether these are replicates of the same kind, of a picture of the same size.
+    pub fn fits(&self, other: &Self) -> bool {
+        let shape = |r: &Self| (r.width, r.stride, r.count, r.sums.len(), r.filtered.len());
+        shape(self) == shape(other)
     }
 
     /// The place of a pixel among the tracked ones.
@@ -82,12 +107,25 @@ impl Replicates {
         index.is_multiple_of(self.stride).then_some((index / self.stride) as usize)
     }
 
+    /// Whether [`Replicates::add`] is asked for.
+    pub fn has_pixels(&self) -> bool {
+        !self.sums.is_empty()
+    }
+
     /// Adds a pixel's unfiltered mean of one pass of replicate `r`.
     #[inline]
     pub fn add(&mut self, r: usize, slot: usize, value: [f32; 3]) {
-        for (sum, v) in self.sums[r * self.count + slot].iter_mut().zip(value) {
-            if v.is_finite() {
-                *sum = sum.saturating_add((f64::from(v) * UNIT) as i64);
+        add(&mut self.sums[r * self.count + slot], value);
+    }
+
+    /// Adds a tile of one pass of replicate `r`, where they are kept through the filter.
+    pub fn add_tile(&mut self, r: usize, tile: &Tile) {
+        if self.filtered.is_empty() {
+            return;
+        }
+        for (pixel, sum) in tile.pixels() {
+            if let Some(slot) = self.slot(pixel) {
+                add(&mut self.filtered[r * self.count + slot], sum.to_array());
             }
         }
     }
@@ -100,10 +138,27 @@ impl Replicates {
         (mean, x.map(|x| (x - mean).powi(2) / (k - 1.0) / k))
     }
 
+    /// In a channel of a tracked pixel, through the filter: x and s²/K.
+    fn through_filter(&self, slot: usize, channel: usize) -> (f64, f64) {
+        let k = Self::K as f64;
+        let of = |r: usize| &self.filtered[r * self.count + slot];
+        let sum = |c: usize| (0..Self::K).map(|r| of(r)[c] as f64).sum::<f64>();
+        let weight = sum(3);
+        if weight <= 0.0 {
+            return (0.0, 0.0);
+        }
+        let x = sum(channel) / weight;
+        let squares: f64 = (0..Self::K).map(|r| (of(r)[channel] as f64 - x * of(r)[3] as f64).powi(2)).sum();
+        (x, k / (k - 1.0) * squares / (weight * weight))
+    }
+
     /// (s²/K) / (x̄² + e) of each tracked pixel, channel by channel.
     fn ratios(&self, passes: u32) -> Vec<[f64; 3]> {
         let total = |(mean, parts): (f64, [f64; Self::K])| (mean, parts.iter().sum::<f64>());
-        let pixels: Vec<_> = (0..self.count).map(|p| [0, 1, 2].map(|c| total(self.statistics(p, c, passes)))).collect();
+        let channel = |p: usize, c: usize| {
+            if self.filtered.is_empty() { total(self.statistics(p, c, passes)) } else { self.through_filter(p, c) }
+        };
+        let pixels: Vec<_> = (0..self.count).map(|p| [0, 1, 2].map(|c| channel(p, c))).collect();
         let n = (3 * pixels.len()).max(1) as f64;
         let square = |(mean, variance): (f64, f64)| (mean * mean - variance).max(0.0);
         let e = floor(pixels.iter().flatten().map(|p| p.0).sum::<f64>() / n);
@@ -131,14 +186,26 @@ impl Replicates {
     }
 
     /// The estimate after `passes` passes of each replicate. `noise_factor` is the variance that the reconstruction filter leaves of a
-    /// pixel's own (1 for the box): the replicates' pixels are unfiltered.
+    /// pixel's own (1 for the box).
     pub fn estimate(&self, passes: u32, noise_factor: f64) -> NoiseEstimate {
-        let ratios: Vec<f64> = self.ratios(passes).into_iter().flatten().map(|r| noise_factor * r).collect();
+        let left = if self.filtered.is_empty() { noise_factor } else { 1.0 };
+        let ratios: Vec<f64> = self.ratios(passes).into_iter().flatten().map(|r| left * r).collect();
         let n = ratios.len().max(1) as f64;
         let mean = ratios.iter().sum::<f64>() / n;
-        // Channels of a pixel are not independent: a third of the terms count.
+        // Channels of a pixel are not independent, nor are pixels that the filter mixes: a third of the terms count, and of those as many as it leaves of their noise.
         let spread = ratios.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
-        NoiseEstimate { rel_mse: mean, half_width: 1.96 * (3.0 * spread / n).sqrt() }
+        let mixed = if self.filtered.is_empty() { 1.0 } else { noise_factor.min(1.0) };
+        NoiseEstimate { rel_mse: mean, half_width: 1.96 * (3.0 * spread / (mixed * n)).sqrt() }
+    }
+}
+
+/// Adds what is finite.
+#[inline]
+fn add<const N: usize>(sums: &mut [i64; N], values: [f32; N]) {
+    for (sum, v) in sums.iter_mut().zip(values) {
+        if v.is_finite() {
+            *sum = sum.saturating_add((f64::from(v) * UNIT) as i64);
+        }
     }
 }
 

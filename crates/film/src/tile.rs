@@ -79,6 +79,14 @@ impl Tile {
         self.dropped_count = 0;
     }
 
+    /// (Σ k L, Σ k) of each pixel that it has a part of, within the film.
+    pub(crate) fn pixels(&self) -> impl Iterator<Item = ([u32; 2], Vec4)> {
+        let ([width, height], [x0, y0], [columns, rows]) = (self.shape.size.map(|n| n as i32), self.origin, self.size);
+        let within = move |[x, y]: [i32; 2]| (0..width).contains(&x) && (0..height).contains(&y);
+        let places = (y0..y0 + rows).flat_map(move |y| (x0..x0 + columns).map(move |x| [x, y]));
+        places.zip(&self.sums).filter(move |(at, _)| within(*at)).map(|(at, sum)| (at.map(|n| n as u32), *sum))
+    }
+
     /// Adds the radiance `l` seen at `position` (pixels from the film's corner, within the tile's rectangle). A value that is not finite
     /// is dropped and counted; `sample` says which one it was.
     #[inline]

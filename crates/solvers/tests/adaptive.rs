@@ -7,6 +7,7 @@ use etendue_check::{Moments, t_test};
 use etendue_numerics::{Dim, Sampler, Spectrum};
 use etendue_scene::Scene;
 use etendue_solvers::drivers::PixelSolver;
+use etendue_solvers::path_guided::PathGuided;
 use etendue_solvers::path_mis::PathMis;
 use etendue_solvers::transport::{Context, PathState};
 use etendue_solvers::{Spread, Stop, Stopped};
@@ -75,12 +76,17 @@ fn pictures_are_the_same() {
     let adaptive = samples(0).adaptive(1e-9, 128);
     let jobs = [Job { spread: Spread::Uniform, ..adaptive }, adaptive.seed(77)];
     let [even, fed] = jobs.map(|job| replicates(&scene, &PathMis::default(), job));
-    for (a, b) in blocks_of(&even, 16).iter().zip(blocks_of(&fed, 16)) {
-        family.agree(a.0.clone(), &a.1, &b.1, 0.75, a.1.mean);
-    }
-    for channel in 0..3 {
-        let [even, fed] = [&even, &fed].map(|pictures| mean_of(pictures, channel));
-        family.agree(format!("all of it, channel {channel}"), &even, &fed, 0.08, even.mean);
+    let mut guide = PathGuided::default();
+    (guide.photons, guide.guide) = (8192, 1);
+    let guided = replicates(&scene, &guide, adaptive.seed(177));
+    for (name, fed) in [("path-mis", fed), ("path-guided", guided)] {
+        for (a, b) in blocks_of(&even, 16).iter().zip(blocks_of(&fed, 16)) {
+            family.agree(format!("{name}, {}", a.0), &a.1, &b.1, 0.75, a.1.mean);
+        }
+        for channel in 0..3 {
+            let [even, fed] = [&even, &fed].map(|pictures| mean_of(pictures, channel));
+            family.agree(format!("{name}, all of it, channel {channel}"), &even, &fed, 0.08, even.mean);
+        }
     }
     family.must_hold();
 }

@@ -7,7 +7,7 @@ mod common;
 use common::*;
 use etendue_scene::Scene;
 use etendue_solvers::path_mis::PathMis;
-use etendue_solvers::{Stop, Stopped};
+use etendue_solvers::{Spread, Stop, Stopped};
 
 fn scene_through(filter: &str) -> Scene {
     scene(&format!(
@@ -33,19 +33,21 @@ const FILTERS: [(&str, &str); 3] = [
     ("gaussian", r#"<rfilter type="gaussian"/>"#),
 ];
 
-/// The mean estimate over eight renders is within a factor of 1.25 of the mean truth. (It is low by about a tenth: replicates that met bright
-/// light by chance raise the mean that their variance is divided by. For wide filters samples are taken to be independent, too.)
+/// The mean estimate over eight renders is near the mean truth, with as many samples in every pixel and with more where there is noise: 0.87 to 1.00 of it for these seeds. (It is
+/// low by up to a tenth at so few samples: replicates that met bright light by chance raise the mean that their variance is divided by.)
 fn the_estimate_is_near_the_truth(name: &str, scene: &Scene, reference: &Picture) {
-    let (mut truth, mut told) = (0.0, 0.0);
-    for seed in 0..8 {
-        let job = Job { stop: Stop::Noise { percent: 1e-9, limit: 64 }, ..samples(0) }.seed(seed);
-        let (film, outcome) = render(scene, &PathMis::default(), job);
-        assert_eq!(outcome.stopped, Stopped::Limit);
-        truth += rel_mse(&film.develop(), reference);
-        told += outcome.noise.expect("noise mode").rel_mse;
+    for spread in [Spread::Uniform, Spread::Adaptive] {
+        let (mut truth, mut told) = (0.0, 0.0);
+        for seed in 0..8 {
+            let job = Job { stop: Stop::Noise { percent: 1e-9, limit: 64 }, spread, ..samples(0) }.seed(seed);
+            let (film, outcome) = render(scene, &PathMis::default(), job);
+            assert_eq!(outcome.stopped, Stopped::Limit);
+            truth += rel_mse(&film.develop(), reference);
+            told += outcome.noise.expect("noise mode").rel_mse;
+        }
+        let ratio = told / truth;
+        assert!((0.8..=1.15).contains(&ratio), "{name}, {spread:?}: told {told:.3e}, true {truth:.3e}, ratio {ratio:.3}");
     }
-    let ratio = told / truth;
-    assert!((0.8..=1.25).contains(&ratio), "{name}: told {told:.3e}, true {truth:.3e}, ratio {ratio:.3}");
 }
 
 /// What was asked for is reached: the true error is at most 1.3 times the target.

@@ -207,6 +207,10 @@ impl Solver for Bidirectional {
         Needs { both_ways: true, ..Needs::default() }
     }
 
+    fn splats(&self) -> bool {
+        true
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         Tiling::coarse(size).len()
     }

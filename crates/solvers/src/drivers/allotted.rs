@@ -100,6 +100,9 @@ impl<S: PixelSolver> Pass<'_, S> {
                     }
                 }
             }
+            if let Some(sums) = &mut tracked {
+                sums.add_tile(self.plan.replicate, tile);
+            }
             drop(tracked);
             work.film.add_tile(tile);
             work.units.done(index);

@@ -11,7 +11,7 @@ use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
 /// First bytes of a checkpoint's encoding, with its version.
-const MAGIC: [u8; 8] = *b"etendue3";
+const MAGIC: [u8; 8] = *b"etendue4";
 
 /// Everything that a render needs to go on as if it had never stopped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -114,19 +114,19 @@ impl Checkpoint {
     ) -> Result<S, CannotResume> {
         let damaged = || CannotResume("the checkpoint is damaged".to_owned());
         let state = postcard::from_bytes(&self.state).map_err(|_| damaged())?;
-        let replicates_fit = self.replicates.as_ref().is_none_or(|r| r.fits(film.shape().size));
+        let ours = replicates.map(|r| r.lock().unwrap_or_else(PoisonError::into_inner));
+        let replicates_fit = match (&ours, &self.replicates) {
+            (Some(ours), Some(theirs)) => theirs.fits(ours),
+            (None, None) => true,
+            _ => false,
+        };
         let allocation_fits = self.allocation.as_ref().is_none_or(|a| a.fits(film.shape().size));
-        if self.tiles.len() != tiles.len()
-            || self.replicates.is_some() != replicates.is_some()
-            || !replicates_fit
-            || !allocation_fits
-            || !film.merge(&self.sums)
-        {
+        if self.tiles.len() != tiles.len() || !replicates_fit || !allocation_fits || !film.merge(&self.sums) {
             return Err(damaged());
         }
         tiles.set(&self.tiles);
-        if let (Some(ours), Some(theirs)) = (replicates, &self.replicates) {
-            ours.lock().unwrap_or_else(PoisonError::into_inner).clone_from(theirs);
+        if let (Some(mut ours), Some(theirs)) = (ours, &self.replicates) {
+            ours.clone_from(theirs);
         }
         allocation.clone_from(&self.allocation);
         Ok(state)

@@ -70,9 +70,11 @@ pub fn render<S: Solver>(
     let mut k = 0;
     let ledger = Ledger::new(solver.units(film.shape().size));
     let noise_mode = matches!(run.stop, Stop::Noise { .. });
-    let replicates = noise_mode.then(|| Mutex::new(Replicates::new(film.shape().size)));
     let adaptive = noise_mode && run.spread == Spread::Adaptive && solver.adapts();
-    let mut allocation = adaptive.then(|| Allocation::new(film.shape().size));
+    let size = film.shape().size;
+    let blank = || if solver.splats() { Replicates::new(size) } else { Replicates::of_tiles(size, adaptive) };
+    let replicates = noise_mode.then(|| Mutex::new(blank()));
+    let mut allocation = adaptive.then(|| Allocation::new(size));
     if let Some(checkpoint) = resume {
         checkpoint.check(name, run, film, adaptive)?;
         state = checkpoint.restore(film, &ledger, replicates.as_ref(), &mut allocation)?;

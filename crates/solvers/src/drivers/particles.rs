@@ -50,6 +50,10 @@ macro_rules! solve_by_particles {
                 $crate::drivers::ParticleSolver::needs(self)
             }
 
+            fn splats(&self) -> bool {
+                true
+            }
+
             fn units(&self, size: [u32; 2]) -> usize {
                 $crate::drivers::particles::units(size)
             }

@@ -256,11 +256,14 @@ fn fill<'a>(
             let i = order.get(k).copied().unwrap_or(k);
             let l = crowd.walks[i].seen();
             tile.add(positions[i], l, plan.pass);
-            if let Some(sums) = &mut tracked
+            if let Some(sums) = tracked.as_mut().filter(|sums| sums.has_pixels())
                 && let Some(slot) = sums.slot(pixel)
             {
                 sums.add(plan.replicate, slot, l.to_rgb());
             }
+        }
+        if let Some(sums) = &mut tracked {
+            sums.add_tile(plan.replicate, tile);
         }
         drop(tracked);
         work.film.add_tile(tile);

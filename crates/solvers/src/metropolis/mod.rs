@@ -172,6 +172,10 @@ impl Solver for Metropolis {
         Needs { both_ways: true, ..Needs::default() }
     }
 
+    fn splats(&self) -> bool {
+        true
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         Tiling::new(size).len() + (self.chains as usize).div_ceil(GROUP)
     }

@@ -166,6 +166,11 @@ impl Solver for PathGuided {
         Tiling::new(size).len()
     }
 
+    /// By walks that are alone: the guide stands still.
+    fn adapts(&self) -> bool {
+        true
+    }
+
     fn holds(&self, _: [u32; 2]) -> u64 {
         u64::from(self.photons) * PER_PHOTON
     }
