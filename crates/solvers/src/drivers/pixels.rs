@@ -397,7 +397,7 @@ fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
 }
 
 /// [`eye_walk`] through a point of the lens, at a time, with its wavelengths.
-#[inline]
+#[inline(always)] // as a return value it would go through memory
 fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
     let ray = c.scene.views[view].sensor.sample_ray(on_film, lens, time);
     let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };

@@ -22,7 +22,7 @@ mod vertices;
 
 use crate::neighbours::First;
 use crate::path_mis::PathMis;
-use crate::transport::{Context, Crowd, HOPE, PathSolver, PathState, Step, slot};
+use crate::transport::{Context, Crowd, HOPE, PathSolver, PathState, slot};
 use connect::Connect;
 use etendue_accel::Hit;
 use etendue_bsdf::{Scatter, lobes};
@@ -165,8 +165,12 @@ fn advance<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>, v: 
     for i in 0..v.count() {
         let walk = v.walk[i];
         let state = &mut crowd.walks[walk as usize];
-        let (shadow, goes_on) = (v.shadow(i, state.edges + 1), v.goes_on[i] != 0);
-        if goes_on {
+        // Written where they stay: as a `Step` they would go through memory.
+        if v.is_lit[i] != 0 {
+            crowd.shadows.push((walk, v.shadow(i, state.edges + 1)));
+        }
+        if v.goes_on[i] != 0 {
+            crowd.onward.push(walk);
             v.store(i, state, T::HOPE);
             if vertex == 1 && crowd.neighbours.watches(vertex) {
                 let beta = state.beta.carry(Spectrum::ONE);
@@ -175,7 +179,6 @@ fn advance<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>, v: 
                 crowd.neighbours.first(walk, first);
             }
         }
-        crowd.take(walk, &Step { shadow, goes_on });
     }
     v.clear();
 }

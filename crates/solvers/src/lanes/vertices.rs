@@ -260,19 +260,20 @@ impl Vertices {
     pub fn place_on(&mut self, mesh: &Mesh, triangle: u32, bary: Vec2) {
         let (i, t) = (self.count - 1, &mut self.triangles);
         let index = mesh.indices[triangle as usize];
-        for (corner, k) in t.corners.iter_mut().zip(index) {
-            corner.set(i, mesh.positions[k as usize]);
+        // Numbers by reference: an array that moves is stored in pieces, and waited for.
+        for (corner, k) in t.corners.iter_mut().zip(&index) {
+            corner.set(i, mesh.positions[*k as usize]);
         }
         let (n, error) = mesh.face(triangle);
         if error < 0.0 {
-            for (normal, k) in t.normals.iter_mut().zip(index) {
-                normal.set(i, mesh.normals[k as usize]);
+            for (normal, k) in t.normals.iter_mut().zip(&index) {
+                normal.set(i, mesh.normals[*k as usize]);
             }
         }
         let has_uv = !mesh.uvs.is_empty();
         if has_uv {
-            for ([u, v], k) in t.uvs.iter_mut().zip(index) {
-                (u[i], v[i]) = mesh.uvs[k as usize].into();
+            for ([u, v], k) in t.uvs.iter_mut().zip(&index) {
+                (u[i], v[i]) = mesh.uvs[*k as usize].into();
             }
         }
         t.n.set(i, n);
@@ -347,11 +348,11 @@ impl Vertices {
         }
     }
 
-    /// The connection of vertex i to its light sample, part of a path of `edges` edges.
+    /// The connection of vertex i to its light sample, where it is lit; part of a path of `edges` edges.
     #[inline(always)]
-    pub fn shadow(&self, i: usize, edges: u32) -> Option<ShadowQuery> {
+    pub fn shadow(&self, i: usize, edges: u32) -> ShadowQuery {
         let ray = Ray { time: self.times[i], ..Ray::new(self.shadow.o.get(i), self.shadow.d.get(i)).until(self.shadow_end[i]) };
-        (self.is_lit[i] != 0).then(|| ShadowQuery { ray, contribution: self.contribution.spectrum(i), edges })
+        ShadowQuery { ray, contribution: self.contribution.spectrum(i), edges }
     }
 
     /// Sends the walk of vertex i on its way, with κ of roulette.

@@ -187,11 +187,8 @@ impl<'a> Neighbours<'a> {
             let aimed = wide::widest(Aim { places: &self.sights, first: some, y });
             for (lane, k) in (some..end.min(some + LANES)).enumerate() {
                 let place = first + k - begin;
-                if k != i as usize
-                    && self.densities[place] > 0.0
-                    && let Some(ray) = aimed.ray(lane, y.time)
-                {
-                    self.rays.push(ray);
+                if k != i as usize && self.densities[place] > 0.0 && aimed.is_there(lane) {
+                    self.rays.push(aimed.ray(lane, y.time));
                     self.places.push(place as u32);
                 }
             }

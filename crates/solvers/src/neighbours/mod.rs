@@ -199,10 +199,12 @@ impl<'a> Neighbours<'a> {
     }
 
     /// Notes the first vertex of walk i.
-    #[inline]
-    pub fn first(&mut self, i: u32, first: First) {
-        self.firsts[i as usize] = first;
-        self.sights.set(i as usize, &first);
+    #[inline(always)] // as a value that moves it would go through memory
+    pub fn first(&mut self, i: u32, First { p, p_error, n, ns, beta, other }: First) {
+        self.sights.set(i as usize, p, p_error, n, ns);
+        let to = &mut self.firsts[i as usize];
+        (to.p, to.p_error, to.n, to.ns) = (p, p_error, n, ns);
+        (to.beta, to.other) = (beta, other);
     }
 
     /// Evaluates the material at x and keeps the vertex, if it shares.

@@ -1,6 +1,5 @@
 //! A point y seen from the first vertices of a block, on lanes: a of each, and the rays between.
 
-use super::First;
 use crate::transport::Context;
 use etendue_accel::Hit;
 use etendue_numerics::math::FRAC_1_PI;
@@ -24,6 +23,7 @@ impl Numbers {
         });
     }
 
+    #[inline(always)]
     fn set(&mut self, i: usize, v: Vec3) {
         (self.0[0][i], self.0[1][i], self.0[2][i]) = (v.x, v.y, v.z);
     }
@@ -91,11 +91,12 @@ impl Places {
         }
     }
 
-    pub fn set(&mut self, i: usize, first: &First) {
-        self.p.set(i, first.p);
-        self.p_error.set(i, first.p_error);
-        self.n.set(i, first.n);
-        self.ns.set(i, first.ns);
+    #[inline(always)]
+    pub fn set(&mut self, i: usize, p: Vec3, p_error: Vec3, n: Vec3, ns: Vec3) {
+        self.p.set(i, p);
+        self.p_error.set(i, p_error);
+        self.n.set(i, n);
+        self.ns.set(i, ns);
     }
 }
 
@@ -218,9 +219,15 @@ impl wide::Job for Aim<'_> {
 }
 
 impl Aimed {
-    /// The ray of lane i; `None` where the two points coincide.
-    pub fn ray(&self, i: usize, time: f32) -> Option<Ray> {
-        let end = self.end[i];
-        (end > 0.0 && end.is_finite()).then(|| Ray { time, ..Ray::new(at(&self.o, i), at(&self.d, i)).until(end) })
+    /// Whether the two points of lane i are apart.
+    #[inline(always)]
+    pub fn is_there(&self, i: usize) -> bool {
+        self.end[i] > 0.0 && self.end[i].is_finite()
+    }
+
+    /// The ray of lane i.
+    #[inline(always)]
+    pub fn ray(&self, i: usize, time: f32) -> Ray {
+        Ray { time, ..Ray::new(at(&self.o, i), at(&self.d, i)).until(self.end[i]) }
     }
 }

@@ -26,9 +26,9 @@ pub struct Crowd<'a> {
     /// What the ray of each of those met.
     pub hits: Vec<Option<Hit>>,
     /// Those that go on from the vertex that is being made.
-    onward: Vec<u32>,
+    pub(crate) onward: Vec<u32>,
     /// Connections to be tested, with the number of the walk.
-    shadows: Vec<(u32, ShadowQuery)>,
+    pub(crate) shadows: Vec<(u32, ShadowQuery)>,
     rays: Vec<Ray>,
     occluded: Vec<bool>,
     /// Memory of those steps that work on lanes.

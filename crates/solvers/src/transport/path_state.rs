@@ -175,7 +175,7 @@ impl PathState {
     }
 
     /// A walk about to leave the eye.
-    #[inline]
+    #[inline(always)]
     pub fn start(ray: Ray, weight: Spectrum, wl: Wavelengths) -> Self {
         Self {
             ray,
