@@ -13,7 +13,7 @@
 //! | `follow` | κ: of n walks that find for each other κ √n are followed, from 0.25 to 4; 4 follows all of a block | 2 |
 
 use crate::lanes;
-use crate::neighbours;
+use crate::neighbours::{self, How};
 use crate::parameters::{Parameter, Slot};
 use crate::transport::{
     Context, Crowd, HOPE, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot,
@@ -104,7 +104,8 @@ impl PathSolver for PathMis {
     }
 
     fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
-        neighbours::meet(self, &c.eager(), crowd)
+        let how = How { heuristic: self.heuristic, follow: self.follow, hope: HOPE, guide: None };
+        neighbours::meet(&how, &c.eager(), crowd)
     }
 
     fn scatter_all<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) {

@@ -48,6 +48,14 @@ impl PathSolver for StepByStep {
 struct GuidedStepByStep<'a>(Guided<'a>);
 
 impl PathSolver for GuidedStepByStep<'_> {
+    fn block(&self) -> u32 {
+        PathSolver::block(&self.0)
+    }
+
+    fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+        self.0.meet(c, crowd)
+    }
+
     fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
         self.0.scatter(c, state, hit, u)
     }
@@ -101,15 +109,18 @@ fn must_be_equal(name: &str, scene: &mut Scene, rules: PathRules) {
             );
             assert!(bits(render(scene, &solver, job).0) == alone, "{name}, {heuristic:?}, {stop:?}, spectral {spectral}: lanes");
         }
-        let (guided, job) = (Guided { field: guide() }, samples(3).with(rules));
-        let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
-        let steps = bits(render(scene, &GuidedStepByStep(Guided { field: guide() }), job).0);
-        assert!(bits(render(scene, &guided, job).0) == steps, "{name}, spectral {spectral}: guided lanes");
         for (block, follow) in [(1, 0.5), (2, 1.0), (2, 2.0)] {
             let (solver, job) = (PathMis { heuristic, block, follow }, samples(3).with(rules));
             let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
             let steps = bits(render(scene, &StepByStep(solver), job).0);
             assert!(bits(render(scene, &solver, job).0) == steps, "{name}, {heuristic:?}, spectral {spectral}: blocks of {block}");
+        }
+        for (block, follow) in [(0, 2.0), (1, 0.5), (2, 2.0)] {
+            let job = samples(3).with(rules);
+            let guided = || Guided { field: guide(), mis: PathMis { heuristic, block, follow } };
+            let bits = |film: etendue_film::Film| film.develop().into_iter().flatten().map(f32::to_bits).collect::<Vec<_>>();
+            let steps = bits(render(scene, &GuidedStepByStep(guided()), job).0);
+            assert!(bits(render(scene, &guided(), job).0) == steps, "{name}, spectral {spectral}: guided, blocks of {block}");
         }
     }
 }

@@ -12,10 +12,12 @@ use common::*;
 use etendue_scene::Scene;
 use etendue_solvers::path_guided::PathGuided;
 use etendue_solvers::path_mis::PathMis;
+use etendue_solvers::transport::Heuristic;
 use etendue_solvers::{PathRules, Stop};
 
-/// Guided whatever the trial says, by so few photons that the guide is a poor one.
-const ALWAYS: PathGuided = PathGuided { photons: 4096, guide: 1 };
+/// Guided whatever the trial says, by so few photons that the guide is a poor one; each walk alone, and walks of a block sharing.
+const ALONE: PathGuided = PathGuided { photons: 4096, guide: 1, mis: PathMis::alone(Heuristic::Power) };
+const ALWAYS: PathGuided = PathGuided { mis: PathMis { block: 2, ..ALONE.mis }, ..ALONE };
 
 /// The ladder of bounces, and light of exactly so many.
 #[test]
@@ -42,7 +44,9 @@ fn agrees_with_path_mis_everywhere() {
     let mut agrees = |name: &str, scene: &Scene, rules: PathRules| {
         let job = |spp: u32| samples(spp).with(rules);
         let reference = replicates(scene, &PathMis::default(), job(96));
-        agreement(&mut family, name, scene, &replicates(scene, &ALWAYS, job(128).seed(2)), &reference, 0.9);
+        for (solver, name, seed) in [(ALONE, name.to_owned(), 2), (ALWAYS, format!("{name}, shared"), 3)] {
+            agreement(&mut family, &name, scene, &replicates(scene, &solver, job(128).seed(seed)), &reference, 0.9);
+        }
     };
     for (name, scene) in &all_scenes() {
         agrees(name, scene, PathRules { max_edges: 5, ..PathRules::default() });
@@ -69,7 +73,7 @@ fn a_caustic_is_found() {
         area("40, 30, 20")
     ));
     let mut family = Family::default();
-    let guided = replicates(&scene, &PathGuided { photons: 1 << 14, guide: 1 }, samples(1024));
+    let guided = replicates(&scene, &PathGuided { photons: 1 << 14, ..ALWAYS }, samples(1024));
     let plain = replicates(&scene, &PathMis::default(), samples(1024).seed(2));
     agreement(&mut family, "caustic", &scene, &guided, &plain, 3.0);
     family.must_hold();
@@ -91,9 +95,10 @@ fn light_comes_through_a_gap() {
     );
     let scene = room(&eye(), WALLS, &(cube("-0.3, 0, 0.2", "0.8, 1, 0.05") + &lamp));
     let mut family = Family::default();
-    let guided = replicates(&scene, &ALWAYS, samples(256));
     let plain = replicates(&scene, &PathMis::default(), samples(256).seed(2));
-    agreement(&mut family, "gap", &scene, &guided, &plain, 0.9);
+    for (solver, name, seed) in [(ALONE, "gap", 1), (ALWAYS, "gap, shared", 3)] {
+        agreement(&mut family, name, &scene, &replicates(&scene, &solver, samples(256).seed(seed)), &plain, 0.9);
+    }
     family.must_hold();
 }
 
@@ -113,7 +118,7 @@ fn without_a_guide_it_is_path_mis() {
     let scene = furnace_scene([0.5; 3]);
     for spp in [1, 2048] {
         let (ours, theirs) =
-            (picture(&scene, &PathGuided::default(), samples(spp)), picture(&scene, &PathMis::default(), samples(spp)));
+            (picture(&scene, &PathGuided::default(), samples(spp)), picture(&scene, &PathGuided::default().mis, samples(spp)));
         assert!(bits(&ours) == bits(&theirs), "{spp} samples");
     }
 }

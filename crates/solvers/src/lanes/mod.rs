@@ -134,7 +134,7 @@ fn gather(
 
 /// ρ at a place, as the lobe has it.
 #[inline(always)]
-fn reflectance<'a>(rho: &ColorSlot, wl: &Wavelengths, at: impl Fn() -> TextureContext<'a>) -> Spectrum {
+pub(crate) fn reflectance<'a>(rho: &ColorSlot, wl: &Wavelengths, at: impl Fn() -> TextureContext<'a>) -> Spectrum {
     let reflectance = match rho {
         ColorSlot::Constant(color) => color.at(wl),
         ColorSlot::Texture(_) => rho.eval(&at(), wl),
@@ -165,6 +165,11 @@ fn advance<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>, v: 
     for i in 0..v.count() {
         let walk = v.walk[i];
         let state = &mut crowd.walks[walk as usize];
+        if vertex == 1 && crowd.neighbours.watches(vertex) {
+            let (p, p_error, ns) = (v.p.get(i), v.p_error.get(i), v.ns.get(i));
+            let first = First::lambert(p, p_error, v.n.get(i), ns, v.wo.get(i), v.two_sided[i] != 0, state, v.rho.spectrum(i));
+            crowd.neighbours.first(walk, first);
+        }
         // Written where they stay: as a `Step` they would go through memory.
         if v.is_lit[i] != 0 {
             crowd.shadows.push((walk, v.shadow(i, state.edges + 1)));
@@ -172,12 +177,6 @@ fn advance<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut Crowd<'a>, v: 
         if v.goes_on[i] != 0 {
             crowd.onward.push(walk);
             v.store(i, state, T::HOPE);
-            if vertex == 1 && crowd.neighbours.watches(vertex) {
-                let beta = state.beta.carry(Spectrum::ONE);
-                let first =
-                    First { p: v.p.get(i), p_error: v.p_error.get(i), n: v.n.get(i), ns: v.from_n.get(i), beta, other: None };
-                crowd.neighbours.first(walk, first);
-            }
         }
     }
     v.clear();

@@ -22,7 +22,7 @@ impl Turns for Guided<'_> {
     const ALIKE: bool = false;
 
     fn mis(&self) -> &PathMis {
-        &Self::MIS
+        &self.mis
     }
 
     fn turn(&self, v: &mut Vertices, vertex: u32, roulette: bool) {

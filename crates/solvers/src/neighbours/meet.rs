@@ -3,8 +3,8 @@
 use super::sight::{Aim, Cosines, Densities, LANES, Second};
 use super::{Find, First, Neighbours, OtherFind};
 use crate::lanes::lambert;
-use crate::path_mis::PathMis;
-use crate::transport::{Context, Crowd, HOPE, Heuristic, PathState, Throughput, mis_weight, slot};
+use crate::path_guided::field::Field;
+use crate::transport::{Context, Crowd, Heuristic, PathState, Throughput, mis_weight, slot};
 use etendue_accel::Hit;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
@@ -16,6 +16,17 @@ pub(crate) const FOLLOWED: f32 = 2.0;
 /// κ of directions that escape, which cost nothing but the neighbours' shadow rays.
 const ESCAPED: f32 = 2.0;
 
+/// How walks share.
+pub(crate) struct How<'a> {
+    pub heuristic: Heuristic,
+    /// κ.
+    pub follow: f32,
+    /// κ of roulette.
+    pub hope: f32,
+    /// What guides them.
+    pub guide: Option<&'a Field>,
+}
+
 /// What all walks of a block could have met.
 enum Met<'a> {
     Surface(&'a Second),
@@ -24,9 +35,12 @@ enum Met<'a> {
 }
 
 /// Lets the walks of each block share what they met at their second vertices. Returns how many rays that took.
-pub(crate) fn meet<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+pub(crate) fn meet<'a>(how: &How<'_>, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
     let mut all = std::mem::take(&mut crowd.neighbours);
-    all.follow = solver.follow;
+    all.leaves.clear();
+    if let Some(field) = how.guide {
+        all.leaves.extend(all.firsts.iter().map(|x| if x.shares() { field.find(x.p, x.n) } else { 0 }));
+    }
     let mut hit_of = vec![None; crowd.walks.len()];
     for (k, i) in crowd.going.iter().enumerate() {
         hit_of[*i as usize] = Some(k);
@@ -52,8 +66,8 @@ pub(crate) fn meet<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>)
             let (walk, u) = (&mut crowd.walks[i as usize], &crowd.samplers[i as usize]);
             let u = || u.u1(Dim::at(2, slot::SHARED));
             ended[k] = match &crowd.hits[k] {
-                Some(hit) => all.surface(c, block, i, walk, hit, u),
-                None => !portals && all.sky(solver.heuristic, c, block, i, walk, u),
+                Some(hit) => all.surface(how, c, block, i, walk, hit, u),
+                None => !portals && all.sky(how, c, block, i, walk, u),
             };
         }
     }
@@ -68,7 +82,17 @@ pub(crate) fn meet<'a>(solver: &PathMis, c: &Context<'a>, crowd: &mut Crowd<'a>)
 
 impl<'a> Neighbours<'a> {
     /// Shares what is reflected at `hit`, if it can be. Returns whether the walk ends there.
-    fn surface(&mut self, c: &Context<'a>, block: [u32; 2], i: u32, walk: &mut PathState, hit: &Hit, u: impl Fn() -> f32) -> bool {
+    #[expect(clippy::too_many_arguments, reason = "one half of a loop's body")]
+    fn surface(
+        &mut self,
+        how: &How<'_>,
+        c: &Context<'a>,
+        block: [u32; 2],
+        i: u32,
+        walk: &mut PathState,
+        hit: &Hit,
+        u: impl Fn() -> f32,
+    ) -> bool {
         if c.ends(walk) || c.scene.surface(SurfaceId(hit.geometry)).emitter.is_some() {
             return false;
         }
@@ -82,7 +106,7 @@ impl<'a> Neighbours<'a> {
             }
             Second::from(&y)
         };
-        let q = self.guess(block, i, &Met::Surface(&y), self.follow);
+        let q = self.guess(block, i, &Met::Surface(&y), how.follow);
         let Some((first, q)) = q.filter(|q| *q == 1.0 || u() < *q).map(|q| (self.follow(), q)) else {
             self.vertices.truncate(other.unwrap_or(self.vertices.len()));
             // Where it could not have gone there it goes on by itself.
@@ -91,6 +115,7 @@ impl<'a> Neighbours<'a> {
         for (n, k) in (block[0]..block[1]).enumerate() {
             self.share(&Met::Surface(&y), first + n, k, |_| 1.0);
         }
+        self.know(how, block, first, &Met::Surface(&y));
         self.aim(block, i, first, &y);
         let other =
             other.map(|vertex| OtherFind { vertex: vertex as u32, by_light: Spectrum::ZERO, wi_light: Vec3::ZERO, wi: Vec3::ZERO });
@@ -99,14 +124,14 @@ impl<'a> Neighbours<'a> {
         // From here on it is a walk of its own, from y.
         walk.beta = Throughput::ONE;
         walk.beta.divide(q);
-        walk.roulette_scale = HOPE * q;
+        walk.roulette_scale = how.hope * q;
         false
     }
 
     /// Shares what shines from where the walk's ray escapes to. Returns whether that was done: then the walk ends.
     fn sky(
         &mut self,
-        heuristic: Heuristic,
+        how: &How<'_>,
         c: &Context<'a>,
         block: [u32; 2],
         i: u32,
@@ -125,7 +150,7 @@ impl<'a> Neighbours<'a> {
         let first = self.follow();
         for (n, k) in (block[0]..block[1]).enumerate() {
             let from = self.firsts[k as usize].from();
-            let weight = |pdf: f32| mis_weight(heuristic, pdf, c.scene.pdf_light_escaped(&from, d));
+            let weight = |pdf: f32| mis_weight(how.heuristic, pdf, c.scene.pdf_light_escaped(&from, d));
             self.share(&Met::Sky(d), first + n, k, weight);
             if k != i && self.densities[first + n] > 0.0 {
                 let x = &self.firsts[k as usize];
@@ -133,6 +158,7 @@ impl<'a> Neighbours<'a> {
                 self.places.push((first + n) as u32);
             }
         }
+        self.know(how, block, first, &Met::Sky(d));
         self.finds.push(Find { walk: i, before: std::mem::replace(&mut walk.l, le / q), block, shares: first, other: None });
         true
     }
@@ -180,6 +206,15 @@ impl<'a> Neighbours<'a> {
         self.shares.push(share);
     }
 
+    /// Where walks are guided: makes densities of the BSDFs those with which directions are drawn.
+    fn know(&mut self, how: &How<'_>, block: [u32; 2], first: usize, met: &Met<'_>) {
+        if let Some(field) = how.guide {
+            let places = block[0] as usize..block[1] as usize;
+            let (firsts, leaves) = (&self.firsts[places.clone()], &self.leaves[places]);
+            wide::widest(Know { field, firsts, leaves, met, densities: &mut self.densities[first..] });
+        }
+    }
+
     /// Notes the rays between y and all others of the block that it is of use to.
     fn aim(&mut self, block: [u32; 2], i: u32, first: usize, y: &Second) {
         let (begin, end) = (block[0] as usize, block[1] as usize);
@@ -216,8 +251,31 @@ impl<'a> Neighbours<'a> {
     }
 }
 
+/// What a guide makes of densities per area: those of the BSDF, p_b, become a p_b + (1 - a) p_g.
+struct Know<'a> {
+    field: &'a Field,
+    firsts: &'a [First],
+    leaves: &'a [u32],
+    met: &'a Met<'a>,
+    densities: &'a mut [f32],
+}
+
+impl wide::Job for Know<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for ((x, leaf), a) in self.firsts.iter().zip(self.leaves).zip(self.densities).filter(|(_, a)| **a > 0.0) {
+            let (w, area) = self.met.from(x);
+            let leaf = self.field.leaf(*leaf);
+            *a = leaf.fraction * *a + (1.0 - leaf.fraction) * leaf.guide.pdf(x.p, w) * area;
+        }
+    }
+}
+
 impl Met<'_> {
     /// The unit direction from x, and what makes a density per area of one per solid angle: |cosθ_y|/r², or 1 of a direction.
+    #[inline(always)]
     fn from(&self, x: &First) -> (Vec3, f32) {
         match self {
             Self::Sky(w) => (*w, 1.0),

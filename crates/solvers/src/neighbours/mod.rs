@@ -23,9 +23,9 @@
 mod meet;
 mod sight;
 
-pub(crate) use meet::{FOLLOWED, meet};
+pub(crate) use meet::{FOLLOWED, How, meet};
 
-use crate::lanes::lambert;
+use crate::lanes::{lambert, reflectance};
 use crate::transport::{Context, PathState, ShadowQuery, Step, Throughput, Vertex};
 use etendue_accel::Hit;
 use etendue_bsdf::{Bsdf, Scatter};
@@ -43,11 +43,11 @@ const ROUGH: f32 = 0.03;
 pub(crate) struct First {
     pub p: Vec3,
     pub p_error: Vec3,
-    /// Geometric normal.
+    /// Geometric normal on the side of the eye.
     pub n: Vec3,
     /// Shading normal on the side of the eye.
     pub ns: Vec3,
-    /// β behind it where it is Lambert's, and before it elsewhere; zero where it does not share.
+    /// β before it, times ρ where it is Lambert's; zero where it does not share. Whatever direction the walk takes from there.
     pub beta: Spectrum,
     /// Where it is not Lambert's: its number among the vertices.
     pub other: Option<u32>,
@@ -81,9 +81,9 @@ struct OtherFind {
 pub(crate) struct Neighbours<'a> {
     /// Whether walks share at all.
     active: bool,
-    /// κ.
-    follow: f32,
     firsts: Vec<First>,
+    /// Where walks are guided: the leaf of each first vertex.
+    leaves: Vec<u32>,
     sights: sight::Places,
     vertices: Vec<Vertex<'a>>,
     finds: Vec<Find>,
@@ -103,6 +103,15 @@ impl First {
     const NONE: Self =
         Self { p: Vec3::ZERO, p_error: Vec3::ZERO, n: Vec3::ZERO, ns: Vec3::ZERO, beta: Spectrum::ZERO, other: None };
 
+    /// On Lambert's surface, seen from `wo` by `walk`.
+    #[expect(clippy::too_many_arguments, reason = "what lanes have apart")]
+    #[inline(always)]
+    pub fn lambert(p: Vec3, p_error: Vec3, n: Vec3, ns: Vec3, wo: Vec3, two_sided: bool, walk: &PathState, rho: Spectrum) -> Self {
+        let cos = ns.dot(wo);
+        let beta = if cos > 0.0 || (two_sided && cos < 0.0) { walk.beta.carry(rho) } else { Spectrum::ZERO };
+        Self { p, p_error, n: toward(n, wo), ns: toward(ns, wo), beta, other: None }
+    }
+
     fn shares(&self) -> bool {
         !self.beta.is_zero()
     }
@@ -111,6 +120,12 @@ impl First {
     fn from(&self) -> LightReference {
         LightReference { p: self.p, n: self.ns, one_sided: true, shared: true }
     }
+}
+
+/// The normal on the side of `wo`.
+#[inline(always)]
+fn toward(n: Vec3, wo: Vec3) -> Vec3 {
+    if n.dot(wo) < 0.0 { -n } else { n }
 }
 
 /// Whether a surface shares that is not Lambert's.
@@ -152,12 +167,9 @@ impl<'a> Neighbours<'a> {
             return self.note_second(i, step.shadow.as_ref(), after);
         }
         let x = c.scene.interaction(&before.ray, hit);
-        let first =
-            First { p: x.p, p_error: x.p_error, n: x.n, ns: after.from.n, beta: after.beta.carry(Spectrum::ONE), other: None };
-        if lambert(c, before, hit).is_some() {
-            if step.goes_on {
-                self.first(i, first);
-            }
+        if let Some((rho, two_sided)) = lambert(c, before, hit) {
+            let rho = reflectance(rho, &before.wl, || c.scene.texture_context(&x));
+            self.first(i, First::lambert(x.p, x.p_error, x.n, x.shading.n, x.wo, two_sided, before, rho));
         } else {
             self.note_first(i, before.beta, &Vertex::new(c.scene, x, &before.wl));
         }
@@ -184,8 +196,8 @@ impl<'a> Neighbours<'a> {
         if shares(&y.bsdf) {
             let (beta, other) = (beta.carry(Spectrum::ONE), Some(self.vertices.len() as u32));
             self.vertices.push(*y);
-            let Interaction { p, p_error, n, .. } = y.x;
-            self.first(i, First { p, p_error, n, ns: LightReference::reflecting(&y.x).n, beta, other });
+            let Interaction { p, p_error, n, shading, wo, .. } = y.x;
+            self.first(i, First { p, p_error, n: toward(n, wo), ns: toward(shading.n, wo), beta, other });
         }
     }
 

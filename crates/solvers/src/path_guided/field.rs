@@ -108,12 +108,24 @@ impl Field {
     /// What is known at p on a surface that faces as n does.
     #[inline]
     pub fn at(&self, p: Vec3, n: Vec3) -> &Leaf {
+        self.leaf(self.find(p, n))
+    }
+
+    /// The leaf of a number.
+    #[inline]
+    pub fn leaf(&self, number: u32) -> &Leaf {
+        &self.leaves[number as usize]
+    }
+
+    /// The number of the leaf there.
+    #[inline]
+    pub fn find(&self, p: Vec3, n: Vec3) -> u32 {
         let mut node = self.roots[facing(n)];
         while node < LEAF {
             let half = &self.nodes[node as usize];
             node = half.child[usize::from(p[half.axis as usize] >= half.split)];
         }
-        &self.leaves[(node - LEAF) as usize]
+        node - LEAF
     }
 }
 

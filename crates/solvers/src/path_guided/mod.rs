@@ -81,6 +81,8 @@ pub struct PathGuided {
     pub photons: u32,
     /// Place in [`GUIDE`].
     pub guide: usize,
+    /// What guided walks have in common with those of `path-mis`, which take their place where a guide is not worth its time.
+    pub mis: PathMis,
 }
 
 /// When to guide.
@@ -88,7 +90,7 @@ pub const GUIDE: &[&str] = &["auto", "always"];
 
 impl Default for PathGuided {
     fn default() -> Self {
-        Self { photons: 1 << 21, guide: 0 }
+        Self { photons: 1 << 21, guide: 0, mis: PathMis { block: 2, ..PathMis::default() } }
     }
 }
 
@@ -117,6 +119,8 @@ impl PathGuided {
             summary: "auto: where a trial finds it worth its time; or always",
             slot: |s| Slot::Choice(&mut s.guide, GUIDE),
         },
+        Parameter { name: "block", summary: PathMis::PARAMETERS[0].summary, slot: |s| (PathMis::PARAMETERS[0].slot)(&mut s.mis) },
+        Parameter { name: "follow", summary: PathMis::PARAMETERS[1].summary, slot: |s| (PathMis::PARAMETERS[1].slot)(&mut s.mis) },
     ];
 
     /// The guide, or the decision against it; `None` where the render was stopped.
@@ -136,7 +140,7 @@ impl PathGuided {
             }
             let field = Field::new(&photons);
             let tried = TRIED.min(walks / effort.trial);
-            if !always && trial::gain(scene, run, &Guided { field: &field }, tried, work)? < effort.gain {
+            if !always && trial::gain(scene, run, &Guided { field: &field, mis: self.mis }, tried, work)? < effort.gain {
                 return Some(State::Unguided);
             }
             best = State::Guided(field);
@@ -185,8 +189,8 @@ impl Solver for PathGuided {
             *state = taught;
         }
         match state {
-            State::Guided(field) => pixels::pass(&Guided { field }, scene, run, k, work),
-            _ => pixels::pass(&PathMis::default(), scene, run, k, work),
+            State::Guided(field) => pixels::pass(&Guided { field, mis: self.mis }, scene, run, k, work),
+            _ => pixels::pass(&self.mis, scene, run, k, work),
         }
         Ok(())
     }

@@ -1,10 +1,10 @@
 //! A density over directions that knows parallax: light is looked for where it left, not in the direction in which it arrived elsewhere [Ruppert et al. 2020].
 //!
 //! ```text
-//! p(wi) = 1/n Σ_t [ |wi - d_t|² ≤ 2 h_t ] / (2π h_t),    d_t from here to the target y_t,    h_t = 1 - √(1 - r_t²/|y_t - x|²)
+//! p(wi) = 1/n Σ_t [ |wi × (y_t - x)| ≤ r_t,  wi · (y_t - x) ≥ 0 ] / (2π h_t),        1/h_t = q + √(q² - q),    q = max(1, |y_t - x|²/r_t²)
 //! ```
 //!
-//! Each of n = 64 targets is a ball, sampled by solid angle; seen from within it is half of all directions. Balls reach as far as the fourth nearest target, as seen from
+//! Each of n = 64 targets y_t is a ball, sampled by solid angle, 2π h_t, 1/h_t being 1/(1 - cosθ); seen from within it is half of all directions. Balls reach as far as the fourth nearest target, as seen from
 //! the middle of the places that they stand for.
 
 use etendue_numerics::math::{PI, sin_cos};
@@ -27,14 +27,14 @@ const MOST: f32 = 1.0;
 pub struct Targets {
     /// y_t: x, y and z.
     y: [[[f32; WIDE]; 3]; ROWS],
-    /// r_t².
-    r2: [[f32; WIDE]; ROWS],
+    /// 1/r_t².
+    over_r2: [[f32; WIDE]; ROWS],
 }
 
 impl Targets {
     /// Those of light that left at some places, and how much, for places around `middle`: each as likely as any other to stand for a part of it.
     pub fn new(left: &[(Vec3, f32)], middle: Vec3) -> Self {
-        let mut targets = Self { y: [[[0.0; WIDE]; 3]; ROWS], r2: [[1.0; WIDE]; ROWS] };
+        let mut targets = Self { y: [[[0.0; WIDE]; 3]; ROWS], over_r2: [[1.0; WIDE]; ROWS] };
         let all: f64 = left.iter().map(|(_, flux)| f64::from(*flux)).sum();
         let mut waiting = left.iter();
         let (mut y, mut below) = (Vec3::ZERO, 0.0);
@@ -53,7 +53,7 @@ impl Targets {
             let mut apart: Vec<f32> = d.iter().map(|e| (*e - d[t]).length()).collect();
             apart.sort_by(f32::total_cmp);
             let r = apart[NEAR].clamp(LEAST, MOST) * to[t].length();
-            targets.r2[t / WIDE][t % WIDE] = r * r;
+            targets.over_r2[t / WIDE][t % WIDE] = 1.0 / (r * r).max(1e-12);
         }
         targets
     }
@@ -63,14 +63,13 @@ impl Targets {
         Vec3::new(a[t % WIDE], b[t % WIDE], c[t % WIDE])
     }
 
-    /// d_t from x, and h_t.
+    /// y_t - x, and 1/h_t.
     #[inline(always)]
-    fn cap(&self, row: usize, t: usize, x: Vec3) -> ([f32; 3], f32) {
+    fn cap(&self, row: usize, t: usize, x: Vec3) -> (Vec3, f32) {
         let [a, b, c] = &self.y[row];
-        let [a, b, c] = [a[t] - x.x, b[t] - x.y, c[t] - x.z];
-        let square = (a * a + b * b + c * c).max(1e-20);
-        let (over, s) = (1.0 / square.sqrt(), (self.r2[row][t] / square).min(1.0));
-        ([a * over, b * over, c * over], s / (1.0 + (1.0 - s).sqrt()))
+        let to = Vec3::new(a[t] - x.x, b[t] - x.y, c[t] - x.z);
+        let q = (to.length_squared() * self.over_r2[row][t]).max(1.0);
+        (to, q + (q * (q - 1.0)).sqrt())
     }
 
     /// p(wi) at x, 1/sr.
@@ -79,9 +78,9 @@ impl Targets {
         let mut found = [0.0f32; WIDE];
         for row in 0..ROWS {
             for (t, found) in found.iter_mut().enumerate() {
-                let ([a, b, c], h) = self.cap(row, t, x);
-                let [a, b, c] = [wi.x - a, wi.y - b, wi.z - c];
-                *found += if a * a + b * b + c * c <= 2.0 * h { 1.0 / h } else { 0.0 };
+                let (to, over_h) = self.cap(row, t, x);
+                let within = (wi.cross(to).length_squared() * self.over_r2[row][t] <= 1.0) & (wi.dot(to) >= 0.0);
+                *found += if within { over_h } else { 0.0 };
             }
         }
         // In a fixed order, pair by pair, which vectors can do.
@@ -100,11 +99,11 @@ impl Targets {
     pub fn sample(&self, x: Vec3, u: Vec2) -> (Vec3, f32) {
         let place = u.x * COUNT as f32;
         let t = (place as usize).min(COUNT - 1);
-        let (d, h) = self.cap(t / WIDE, t % WIDE, x);
-        let below = (place - t as f32) * h;
+        let (to, over_h) = self.cap(t / WIDE, t % WIDE, x);
+        let below = (place - t as f32) / over_h;
         let (sin, cos) = sin_cos(2.0 * PI * u.y);
         let r = (below * (2.0 - below)).max(0.0).sqrt();
-        let wi = Frame::from_normal(d.into()).to_world(Vec3::new(r * cos, r * sin, 1.0 - below));
+        let wi = Frame::from_normal(to / to.length().max(1e-10)).to_world(Vec3::new(r * cos, r * sin, 1.0 - below));
         (wi, self.pdf(x, wi))
     }
 }

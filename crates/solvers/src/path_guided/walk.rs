@@ -14,9 +14,10 @@
 
 use super::field::{Field, Leaf};
 use crate::lanes;
+use crate::neighbours::{self, How};
 use crate::path_mis::PathMis;
 use crate::transport::{
-    self, Context, Crowd, Heuristic, PathSolver, PathState, Step, Vertex, VertexSample, mis_weight, next_event, slot,
+    self, Context, Crowd, PathSolver, PathState, Step, Vertex, VertexSample, mis_weight, next_event, slot,
 };
 use etendue_accel::Hit;
 use etendue_bsdf::Event;
@@ -29,6 +30,8 @@ pub const HOPE: f32 = 8.0;
 pub struct Guided<'a> {
     /// What is known.
     pub field: &'a Field,
+    /// All else.
+    pub mis: PathMis,
 }
 
 /// What a turn owes to the guide.
@@ -50,19 +53,25 @@ impl PathSolver for Guided<'_> {
         self.step(c, state, hit, u).0
     }
 
+    fn block(&self) -> u32 {
+        self.mis.block()
+    }
+
+    fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+        let PathMis { heuristic, follow, .. } = self.mis;
+        neighbours::meet(&How { heuristic, follow, hope: HOPE, guide: Some(self.field) }, &c.eager(), crowd)
+    }
+
     fn scatter_all<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) {
         lanes::scatter_all(self, c, crowd);
     }
 }
 
 impl Guided<'_> {
-    /// What guided walks have of `path-mis`.
-    pub(crate) const MIS: PathMis = PathMis::alone(Heuristic::Power);
-
     /// The step, and what its turn owes to the guide.
     #[inline(always)]
     pub(super) fn step(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> (Step, Turned) {
-        let mis = Self::MIS;
+        let mis = &self.mis;
         let c = &c.eager();
         // Light that the walk meets.
         let Some(hit) = &hit else {
