@@ -129,15 +129,7 @@ impl<'a> Neighbours<'a> {
     }
 
     /// Shares what shines from where the walk's ray escapes to. Returns whether that was done: then the walk ends.
-    fn sky(
-        &mut self,
-        how: &How<'_>,
-        c: &Context<'a>,
-        block: [u32; 2],
-        i: u32,
-        walk: &mut PathState,
-        u: impl Fn() -> f32,
-    ) -> bool {
+    fn sky(&mut self, how: &How<'_>, c: &Context<'a>, block: [u32; 2], i: u32, walk: &mut PathState, u: impl Fn() -> f32) -> bool {
         let le = c.scene.le_escaped(&walk.ray, &walk.wl);
         if le.is_zero() || !c.rules.counts(walk.edges) {
             return false;

@@ -13,6 +13,10 @@
 //! neighbours to whom it is of use, guessed without V. The cost of what lies beyond y falls with q, its variance rises with 1/q and falls with n. Directions of rays that escape are
 //! shared alike, with p_k in place of a_k, and each keeps its own weight against its light samples.
 //!
+//! Guided walks ([`crate::path_guided`]) send their rays with p_k = a p_b + (1 - a) p_g, each by the leaf that x_k lies in, and so these are the densities a_k: what the guide of one
+//! knows, all have. q asks for the BSDF's alone. Whether x_k shares depends on x_k and never on the direction drawn there: a walk that its guide sends into the surface finds nothing, but takes
+//! its part of what others find.
+//!
 //! Who shares is decided by the surface at x_i, and by that at y: both have to reflect diffusely, at least in good part ([`shares`]), for what is reflected is
 //! estimated for one direction and taken to others. At y the light sample and the ray that goes on stay as they are, f is taken anew for each neighbour, and so are both
 //! exact for any of them. What y itself emits is left to the walk that met it. Nothing is shared in scenes with null or mask surfaces, nor by walks of wavelengths.

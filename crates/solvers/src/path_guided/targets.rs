@@ -4,7 +4,7 @@
 //! p(wi) = 1/n Σ_t [ |wi × (y_t - x)| ≤ r_t,  wi · (y_t - x) ≥ 0 ] / (2π h_t),        1/h_t = q + √(q² - q),    q = max(1, |y_t - x|²/r_t²)
 //! ```
 //!
-//! Each of n = 64 targets y_t is a ball, sampled by solid angle, 2π h_t, 1/h_t being 1/(1 - cosθ); seen from within it is half of all directions. Balls reach as far as the fourth nearest target, as seen from
+//! Each of n = 64 targets y_t is a ball, sampled by solid angle, 2π h_t, 1/h_t being 1/(1 - cosθ); seen from within it is half of all directions. Balls reach as far as the eighth nearest target, as seen from
 //! the middle of the places that they stand for.
 
 use etendue_numerics::math::{PI, sin_cos};
@@ -17,7 +17,7 @@ const COUNT: usize = ROWS * WIDE;
 const ROWS: usize = 2;
 const WIDE: usize = 32;
 /// Which of the nearest targets a ball reaches to.
-const NEAR: usize = 4;
+const NEAR: usize = 8;
 /// Its radius over its distance, at least and at most.
 const LEAST: f32 = 0.02;
 const MOST: f32 = 1.0;

@@ -16,9 +16,7 @@ use super::field::{Field, Leaf};
 use crate::lanes;
 use crate::neighbours::{self, How};
 use crate::path_mis::PathMis;
-use crate::transport::{
-    self, Context, Crowd, PathSolver, PathState, Step, Vertex, VertexSample, mis_weight, next_event, slot,
-};
+use crate::transport::{self, Context, Crowd, PathSolver, PathState, Step, Vertex, VertexSample, mis_weight, next_event, slot};
 use etendue_accel::Hit;
 use etendue_bsdf::Event;
 use etendue_numerics::{Pdf, Sampler, Vec2};

@@ -4,7 +4,8 @@ use etendue_accel::Hit;
 use etendue_numerics::math::PI;
 use etendue_numerics::{Dim, Pdf, Sampler, SequenceKind, Vec3, warp};
 use etendue_solvers::path_guided::field::{Field, Photon};
-use etendue_solvers::transport::{Context, PathSolver, PathState, Step, Vertex, VertexSample, slot};
+use etendue_solvers::path_guided::walk::Guided;
+use etendue_solvers::transport::{Context, Crowd, PathSolver, PathState, Step, Vertex, VertexSample, slot};
 
 faults! {
     /// Directions of the guide weighed by its own density, as if the BSDF never chose them.
@@ -27,6 +28,16 @@ pub struct Crooked {
 
 /// What photons from anywhere teach: nothing that is true.
 pub fn nonsense() -> Field {
+    taught(|p, n, wi| p + if wi.dot(n) < 0.0 { -wi } else { wi })
+}
+
+/// That all light comes from a dark corner.
+pub fn astray() -> Field {
+    taught(|_, _, _| Vec3::new(0.9, -0.9, 0.9))
+}
+
+/// What photons teach that come to places p, of normal n, from where `from` says, which may use any direction.
+fn taught(from: impl Fn(Vec3, Vec3, Vec3) -> Vec3) -> Field {
     let photon = |i| {
         let u = Sampler::new(SequenceKind::Independent, 5, 0, i, 1 << 14);
         let (xy, z, towards) = (u.u2(Dim(0)), u.u2(Dim(2)), u.u2(Dim(4)));
@@ -34,7 +45,7 @@ pub fn nonsense() -> Field {
         let axis = [Vec3::X, Vec3::Y, Vec3::Z][i as usize % 3];
         let n = if z.y < 0.5 { -axis } else { axis };
         let wi = warp::square_to_equal_area_sphere(towards * towards);
-        Photon { p, from: p + if wi.dot(n) < 0.0 { -wi } else { wi }, n, flux: 1.0 + 10.0 * z.x }
+        Photon { p, from: from(p, n, wi), n, flux: 1.0 + 10.0 * z.x }
     };
     Field::new(&(0..1 << 14).map(photon).collect::<Vec<_>>())
 }
@@ -71,5 +82,22 @@ impl PathSolver for Crooked {
         let vertex = state.vertex(c.scene, x);
         let sample = self.sample(&vertex, state, u);
         Step { shadow: None, goes_on: state.turn(&c.rules, &vertex, sample, u.u2(state.dim(slot::LOBE)).y) }
+    }
+}
+
+/// Guided walks whose neighbours part what they find as if the BSDFs alone had sent them there.
+pub struct Forgetful<'a>(pub Guided<'a>);
+
+impl PathSolver for Forgetful<'_> {
+    fn scatter(&self, c: &Context<'_>, state: &mut PathState, hit: Option<Hit>, u: &Sampler) -> Step {
+        self.0.scatter(c, state, hit, u)
+    }
+
+    fn block(&self) -> u32 {
+        self.0.block()
+    }
+
+    fn meet<'a>(&self, c: &Context<'a>, crowd: &mut Crowd<'a>) -> u64 {
+        self.0.mis.meet(c, crowd)
     }
 }

@@ -22,6 +22,7 @@ use etendue_scene::Scene;
 use etendue_solvers::PathRules;
 use etendue_solvers::path::Path;
 use etendue_solvers::path_guided::walk::Guided;
+use etendue_solvers::path_mis::PathMis;
 use path::Fault::Faultless;
 use path::{FAULTS, Saboteur};
 use std::f64::consts::PI;
@@ -119,7 +120,12 @@ fn every_fault_of_a_guide_is_caught() {
         agreement(&mut family, "room", &scene, &solver(), &reference, 0.9);
         family
     };
-    of(&|| replicates(&scene, &Guided { field: &field }, samples(256).edges(3))).must_hold();
+    of(&|| replicates(&scene, &Guided { field: &field, mis: PathMis::default() }, samples(256).edges(3))).must_hold();
+    let (astray, mis) = (guided::astray(), PathMis { block: 2, ..PathMis::default() });
+    of(&|| replicates(&scene, &Guided { field: &astray, mis }, samples(256).edges(3))).must_hold();
+    let forgetful = guided::Forgetful(Guided { field: &astray, mis });
+    let forgotten = of(&|| replicates(&scene, &forgetful, samples(256).edges(3)));
+    assert!(!forgotten.failures().is_empty(), "neighbours that forget the guide go unseen");
     let crooked = |fault| {
         let solver = guided::Crooked { fault, field: field.clone() };
         of(&|| replicates(&scene, &solver, samples(256).edges(3)))
