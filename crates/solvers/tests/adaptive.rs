@@ -77,7 +77,7 @@ fn pictures_are_the_same() {
     let jobs = [Job { spread: Spread::Uniform, ..adaptive }, adaptive.seed(77)];
     let [even, fed] = jobs.map(|job| replicates(&scene, &PathMis::default(), job));
     let mut guide = PathGuided::default();
-    (guide.photons, guide.guide) = (8192, 1);
+    (guide.photons, guide.guide, guide.mis.block) = (8192, 1, 0);
     let guided = replicates(&scene, &guide, adaptive.seed(177));
     for (name, fed) in [("path-mis", fed), ("path-guided", guided)] {
         for (a, b) in blocks_of(&even, 16).iter().zip(blocks_of(&fed, 16)) {

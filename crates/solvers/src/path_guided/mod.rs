@@ -177,7 +177,7 @@ impl Solver for PathGuided {
 
     /// By walks that are alone: the guide stands still.
     fn adapts(&self) -> bool {
-        true
+        self.mis.block == 0
     }
 
     fn holds(&self, _: [u32; 2]) -> u64 {
