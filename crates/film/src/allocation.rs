@@ -9,38 +9,17 @@
 //!
 //! That holds however n depends on earlier rounds, on the pixel's own samples too, since the weights M/ΣM do not. (A mean of all samples alike has weights n/Σn: those who began
 //! dark by chance and were therefore left alone stay too dark.) Noise is least for n ∝ √v [Neyman 1934], v the variance of one sample relative to what relMSE divides by, in the
-//! filtered picture r:
-//!
-//! ```text
-//! v = mean over channels of  s² (ΣM)² / A  / (r² + e),      A = Σ_rounds M²/n,      Var x_r = σ² A / (ΣM)²
-//! ```
-//!
-//! A pixel's own v may be little known: where rare bright samples are most of it, it is large where one was met. It is therefore a blend of means over windows of growing width k
-//! around the pixel, from wide to narrow, each of which counts by the number N of events that it rests on: as many as the replicates' parts v_r in v tell of there, and no
-//! more than the next wider window k' lets expect in so many pixels n_k:
-//!
-//! ```text
-//! v_k ← t · mean_k + (1 - t) · v_wider,      t = N / (N + 6),      N = min(N_k, N_k' n_k / n_k'),      N_k = (Σ_k v)² / Σ_k Σ_r v_r²,      k = 31, 15, 7, 3, 1
-//! ```
-//!
-//! so that a single firefly (N = 1) buys hardly any samples, a quiet place among fireflies is not trusted to be quiet, and an edge between steady noise (N = 16/3 in each pixel) and
-//! none stays sharp. At least M/10 samples, and one, are taken everywhere, at most 16 M: what was not met yet may still be there.
-//!
-//! By these v noise falls to (mean √v)² / mean v of that of even samples. Where that is no less than 0.85, all pixels take M: uneven samples are less well stratified, and cost more.
+//! filtered picture r; how it is known is told in [`crate::variance`]. At least M/10 samples, and one, are taken everywhere, at most 16 M: what was not met yet may still be there.
+//! Where little can be won, all pixels take M.
 
 use crate::replicates::Replicates;
+use crate::variance::wishes;
 use etendue_numerics::sequence::mix;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// Half widths of the windows.
-const REACHES: [usize; 5] = [15, 7, 3, 1, 0];
-/// Events that a window must rest on to count as much as all wider ones.
-const ENOUGH: f64 = 6.0;
-/// The noise that must remain, by what is known, of that of a uniform round at most.
-const WORTH: f64 = 0.85;
 /// Samples in a pixel, in units of those of a uniform round: at least and at most.
-const RANGE: [f64; 2] = [0.1, Allocation::MOST as f64];
+pub(crate) const RANGE: [f64; 2] = [0.1, Allocation::MOST as f64];
 
 /// Samples per pixel of a round, and what earlier ones took.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,7 +38,7 @@ pub struct Allocation {
 
 impl Allocation {
     /// Bytes that a pixel takes, while the next round is planned.
-    pub const BYTES: u64 = 3 * 4 + 11 * 8 + 3 * 4;
+    pub const BYTES: u64 = 3 * 4 + 40 * 8 + 3 * 4;
 
     /// Samples that a pixel takes at most, in units of those of a uniform round.
     pub const MOST: u32 = 16;
@@ -128,13 +107,13 @@ impl Allocation {
         }
         self.before += self.passes;
         self.passes = self.before;
-        let wishes: Vec<f64> = self.variances(replicates, picture).into_iter().map(f64::sqrt).collect();
+        let total = f64::from(self.before);
+        let one: Vec<f64> = self.spread.iter().map(|a| total * total / f64::from(*a)).collect();
         let m = f64::from(self.passes);
-        let (sum, squares) = wishes.iter().fold((0.0, 0.0), |(s, q), wish| (s + wish, q + wish * wish));
-        if sum * sum >= WORTH * squares * wishes.len() as f64 {
+        let Some(wishes) = wishes(replicates, self.before, &one, self.width as usize, picture) else {
             self.allot(|_| m);
             return;
-        }
+        };
         let scale = scale(&wishes, m);
         self.allot(|i| clamped(scale * wishes[i], m));
     }
@@ -146,42 +125,6 @@ impl Allocation {
             *n = (wants(i) + u).floor() as u32;
         }
     }
-
-    /// v of each pixel.
-    fn variances(&self, replicates: &Replicates, picture: &[[f32; 3]]) -> Vec<f64> {
-        let mut known = vec![[0.0f64; 3]; self.counts.len()]; // v, Σ v_r², 1
-        let total = f64::from(self.before);
-        for (i, v, squares) in replicates.variances(self.before, picture) {
-            let one = total * total / f64::from(self.spread[i]);
-            known[i] = [one * v, one * one * squares, 1.0];
-        }
-        let mut blend = vec![0.0; known.len()];
-        // Events in a pixel of the next wider window.
-        let mut density = vec![f64::INFINITY; known.len()];
-        for (level, reach) in REACHES.into_iter().enumerate() {
-            let windows = window(&known, self.width as usize, reach);
-            for ((v, density), [sum, squares, count]) in blend.iter_mut().zip(&mut density).zip(windows) {
-                if squares > 0.0 {
-                    let events = sum * sum / squares;
-                    let rests_on = events.min(*density * count);
-                    let t = if level == 0 { 1.0 } else { rests_on / (rests_on + ENOUGH) };
-                    *v += t * (sum / count - *v);
-                    *density = events / count;
-                }
-            }
-        }
-        blend
-    }
-}
-
-/// Sums over the square windows of 2·reach + 1 pixels around each pixel, cut off at the border.
-fn window(values: &[[f64; 3]], width: usize, reach: usize) -> Vec<[f64; 3]> {
-    let height = values.len() / width.max(1);
-    let sum = |over: &mut dyn Iterator<Item = [f64; 3]>| over.fold([0.0; 3], |s, x| [s[0] + x[0], s[1] + x[1], s[2] + x[2]]);
-    let near = |at: usize, end: usize| at.saturating_sub(reach)..(at + reach + 1).min(end);
-    let all = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let rows: Vec<_> = all().map(|(x, y)| sum(&mut near(x, width).map(|x| values[y * width + x]))).collect();
-    all().map(|(x, y)| sum(&mut near(y, height).map(|y| rows[y * width + x]))).collect()
 }
 
 /// What a wish becomes: a number of samples within bounds.

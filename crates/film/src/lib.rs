@@ -14,6 +14,7 @@ mod replicates;
 mod splat;
 mod sums;
 mod tile;
+mod variance;
 
 pub use allocation::Allocation;
 pub use film::{Film, FilmShape};

@@ -58,7 +58,7 @@ fn gcd(a: u64, b: u64) -> u64 {
 }
 
 /// e of a picture of this mean.
-fn floor(mean: f64) -> f64 {
+pub(crate) fn floor(mean: f64) -> f64 {
     0.01 * mean * mean
 }
 
@@ -67,6 +67,9 @@ const UNIT: f64 = 1_048_576.0;
 impl Replicates {
     /// Number of replicates.
     pub const K: usize = 16;
+    /// All of them, and two halves: the first, and the step to the next.
+    pub(crate) const ALL: [usize; 2] = [0, 1];
+    pub(crate) const HALVES: [[usize; 2]; 2] = [[0, 2], [1, 2]];
     /// Pixels tracked at most: 96 MiB of sums pixel by pixel, 128 MiB through a filter.
     pub const TRACKED: u64 = 1 << 18;
 
@@ -130,12 +133,16 @@ impl Replicates {
         }
     }
 
-    /// In a channel of a tracked pixel, after `passes` passes of each replicate: x̄, and s²/K as the parts that each replicate has in it.
-    fn statistics(&self, slot: usize, channel: usize, passes: u32) -> (f64, [f64; Self::K]) {
-        let (k, scale) = (Self::K as f64, 1.0 / (UNIT * f64::from(passes.max(1))));
-        let x: [f64; Self::K] = std::array::from_fn(|r| self.sums[r * self.count + slot][channel] as f64 * scale);
-        let mean = x.iter().sum::<f64>() / k;
-        (mean, x.map(|x| (x - mean).powi(2) / (k - 1.0) / k))
+    /// In a channel of a tracked pixel, after `passes` passes of each replicate, by every `step`th of them from `first` on: x̄, and s²/K as the parts that each has in it.
+    fn statistics(&self, slot: usize, channel: usize, passes: u32, [first, step]: [usize; 2]) -> (f64, [f64; Self::K]) {
+        let scale = 1.0 / (UNIT * f64::from(passes.max(1)));
+        let some = || (first..Self::K).step_by(step);
+        let k = some().len() as f64;
+        let x = |r: usize| self.sums[r * self.count + slot][channel] as f64 * scale;
+        let mean = some().map(x).sum::<f64>() / k;
+        let mut parts = [0.0; Self::K];
+        some().for_each(|r| parts[r] = (x(r) - mean).powi(2) / (k - 1.0) / k);
+        (mean, parts)
     }
 
     /// In a channel of a tracked pixel, through the filter: x and s²/K.
@@ -156,7 +163,7 @@ impl Replicates {
     fn ratios(&self, passes: u32) -> Vec<[f64; 3]> {
         let total = |(mean, parts): (f64, [f64; Self::K])| (mean, parts.iter().sum::<f64>());
         let channel = |p: usize, c: usize| {
-            if self.filtered.is_empty() { total(self.statistics(p, c, passes)) } else { self.through_filter(p, c) }
+            if self.filtered.is_empty() { total(self.statistics(p, c, passes, Self::ALL)) } else { self.through_filter(p, c) }
         };
         let pixels: Vec<_> = (0..self.count).map(|p| [0, 1, 2].map(|c| channel(p, c))).collect();
         let n = (3 * pixels.len()).max(1) as f64;
@@ -168,20 +175,24 @@ impl Replicates {
         pixels.iter().map(|pixel| pixel.map(|p| p.1 / (square(p) + e))).collect()
     }
 
-    /// Of each tracked pixel its place, rows from the top, its variance v relative to what relMSE divides by in this `picture`, mean over channels, and the sum of
-    /// the squares of the parts that each replicate has in v.
-    pub(crate) fn variances(&self, passes: u32, picture: &[[f32; 3]]) -> impl Iterator<Item = (usize, f64, f64)> {
-        let n = (3 * picture.len()).max(1) as f64;
-        let e = floor(picture.iter().flatten().map(|r| f64::from(*r)).sum::<f64>() / n);
+    /// Of each tracked pixel, by `some` of the replicates, its place, rows from the top, x̄, its variance v in units of `below` the place, mean over channels, and the sum
+    /// of the squares of the parts that each replicate has in v.
+    pub(crate) fn variances<'a>(
+        &'a self,
+        passes: u32,
+        some: [usize; 2],
+        below: impl Fn(usize) -> [f64; 3] + 'a,
+    ) -> impl Iterator<Item = (usize, [f64; 3], [f64; 2])> + 'a {
         (0..self.count).map(move |slot| {
             let place = slot * self.stride as usize;
-            let mut parts = [0.0; Self::K];
-            for (c, r) in picture[place].into_iter().enumerate().filter(|_| e > 0.0) {
-                let below = 3.0 * (f64::from(r).powi(2) + e);
-                parts.iter_mut().zip(self.statistics(slot, c, passes).1).for_each(|(part, square)| *part += square / below);
+            let (mut means, mut parts) = ([0.0; 3], [0.0; Self::K]);
+            for (c, below) in below(place).into_iter().enumerate().filter(|(_, below)| *below > 0.0) {
+                let (mean, squares) = self.statistics(slot, c, passes, some);
+                means[c] = mean;
+                parts.iter_mut().zip(squares).for_each(|(part, square)| *part += square / (3.0 * below));
             }
             let (v, squares) = parts.iter().fold((0.0, 0.0), |(v, squares), part| (v + part, squares + part * part));
-            (place, v, squares)
+            (place, means, [v, squares])
         })
     }
 
