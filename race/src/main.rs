@@ -71,7 +71,7 @@ fn scene(name: &str) -> (Mesh, Vec<Kind>) {
     let mut all = Mesh { positions: Vec::new(), indices: Vec::new() };
     let (mut taken, mut left) = (0, 0);
     for (_, surface) in loaded.scene.surfaces.iter() {
-        let Some(mesh) = surface.shape.mesh().filter(|_| !surface.instanced) else {
+        let Some(mesh) = surface.shape.mesh().filter(|_| surface.in_world) else {
             left += 1;
             continue;
         };
@@ -103,7 +103,8 @@ fn race(name: &str, mesh: &Mesh, kinds: Option<Vec<Kind>>, builds: &mut Vec<Stri
     let kinds = kinds
         .unwrap_or_else(|| rays(mesh, &ours).0.into_iter().enumerate().map(|(i, (kind, rays))| (kind, i >= 2, rays)).collect());
     let same = |hit: &etendue_accel::Hit, other: &embree::Nearest| hit.primitive == other.primitive;
-    compare(name, &ours, &robust, &fast, &kinds, same, ratios);
+    let exact = |ray: &Ray, hit: Place| distance(ray, mesh.indices[hit.1 as usize].map(|i| mesh.positions[i as usize].as_dvec3()));
+    compare(name, [&robust, &fast], &ours, &kinds, Judge { same: &same, exact: &exact }, ratios);
 }
 
 /// Ten thousand instances of one bumpy sphere.
@@ -155,16 +156,37 @@ fn instances(builds: &mut Vec<String>, ratios: &mut Vec<(&'static str, f64)>) {
     let kinds = [("camera", false, camera), ("bounce", false, bounce), ("occlusion", true, occlusion), ("shadow", true, shadow)];
     let same =
         |hit: &etendue_accel::Hit, other: &embree::Nearest| hit.instance == other.instance && hit.primitive == other.primitive;
-    compare("10,000 instances", &ours, &robust, &fast, &kinds, same, ratios);
+    let exact = |ray: &Ray, (instance, triangle): Place| {
+        let map = &maps[instance as usize];
+        distance(ray, mesh.indices[triangle as usize].map(|i| map.point_f64(mesh.positions[i as usize].as_dvec3())))
+    };
+    compare("10,000 instances", [&robust, &fast], &ours, &kinds, Judge { same: &same, exact: &exact }, ratios);
 }
 
-fn compare<'e>(
+/// An instance, and the triangle within.
+type Place = (u32, u32);
+
+/// What is known of hits.
+#[derive(Clone, Copy)]
+struct Judge<'a> {
+    /// Whether both are of one triangle.
+    same: &'a dyn Fn(&etendue_accel::Hit, &embree::Nearest) -> bool,
+    /// The distance to the plane of a triangle, as f64 has it.
+    exact: &'a dyn Fn(&Ray, Place) -> f64,
+}
+
+/// t = (a - o)·n / d·n.
+fn distance(ray: &Ray, [a, b, c]: [DVec3; 3]) -> f64 {
+    let n = (b - a).cross(c - a);
+    (a - ray.o.as_dvec3()).dot(n) / ray.d.as_dvec3().dot(n)
+}
+
+fn compare(
     name: &str,
+    [robust, fast]: [&embree3::Scene<'_>; 2],
     ours: &Accel,
-    robust: &embree3::Scene<'e>,
-    fast: &embree3::Scene<'e>,
     kinds: &[Kind],
-    same: impl Fn(&etendue_accel::Hit, &embree::Nearest) -> bool,
+    judge: Judge<'_>,
     ratios: &mut Vec<(&'static str, f64)>,
 ) {
     for (kind, any, rays) in kinds {
@@ -182,7 +204,7 @@ fn compare<'e>(
         let [a, b, c] = rates.map(median);
         println!("| {name} | {kind} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |", a / 1e6, b / 1e6, a / b, c / 1e6, a / c);
         ratios.push((kind, a / b));
-        agreement(name, kind, *any, ours, robust, rays, &same);
+        agreement(&format!("{name}, {kind}"), *any, ours, robust, rays, judge);
     }
 }
 
@@ -204,16 +226,9 @@ fn rounding(p: Vec3) -> f32 {
 }
 
 /// Tells every way in which the hits differ.
-fn agreement(
-    name: &str,
-    kind: &str,
-    any: bool,
-    ours: &Accel,
-    theirs: &embree3::Scene<'_>,
-    rays: &[Ray],
-    same: &impl Fn(&etendue_accel::Hit, &embree::Nearest) -> bool,
-) {
-    let (mut missed, mut more, mut far, mut other) = (0, 0, 0, 0);
+fn agreement(name: &str, any: bool, ours: &Accel, theirs: &embree3::Scene<'_>, rays: &[Ray], judge: Judge<'_>) {
+    let (mut missed, mut more, mut far, mut nearer, mut other) = (0, 0, 0, 0, 0);
+    let mut worst = [0.0f64; 2];
     for ray in rays {
         if any {
             match (ours.occluded(ray, &NoShapes), embree::occluded(theirs, ray)) {
@@ -226,15 +241,28 @@ fn agreement(
         match (ours.closest(ray, &NoShapes), embree::closest(theirs, ray)) {
             (None, Some(_)) => missed += 1,
             (Some(_), None) => more += 1,
-            (Some(a), Some(b)) if (a.t - b.t).abs() > 1e-5 * b.t + rounding(ray.at(b.t)) => far += 1,
-            (Some(a), Some(b)) if !same(&a, &b) => other += 1,
+            (Some(a), Some(b)) => {
+                let places = [(a.instance, a.primitive), (b.instance, b.primitive)];
+                let exact = places.map(|place| (judge.exact)(ray, place));
+                let errors = [0, 1].map(|i| (f64::from([a.t, b.t][i]) / exact[i] - 1.0).abs());
+                worst = [0, 1].map(|i| worst[i].max(errors[i]));
+                if (a.t - b.t).abs() > 1e-5 * b.t + rounding(ray.at(b.t)) {
+                    far += 1;
+                    nearer += u32::from(errors[0] < errors[1]);
+                } else {
+                    other += u32::from(!(judge.same)(&a, &b));
+                }
+            }
             _ => {}
         }
     }
     if missed + more + far + other > 0 {
         eprintln!(
-            "{name}, {kind}: of {} rays {missed} hit in Embree only, {more} in étendue only, {far} at another distance, {other} another triangle",
-            rays.len()
+            "{name}: of {} rays {missed} hit in Embree only, {more} in étendue only, {far} at another distance (in f64 étendue is nearer for {nearer}; worst errors \
+             {:.1e} and {:.1e}), {other} another triangle",
+            rays.len(),
+            worst[0],
+            worst[1]
         );
     }
 }
