@@ -16,8 +16,8 @@ use etendue_numerics::{Frame, Net4, Ray, Vec2};
 use etendue_scene::Scene;
 use rayon::prelude::*;
 
-/// Points looked at on each patch.
-const POINTS: usize = 64;
+/// Points looked at on a patch.
+pub const POINTS: u32 = 64;
 
 /// Rays of a point, of which the first that gets away decides.
 const RAYS: u64 = 6;
@@ -25,12 +25,13 @@ const RAYS: u64 = 6;
 /// What is left of a patch that is covered as a whole, so that nothing is divided by zero.
 const LEAST: f64 = 1e-6;
 
-/// The open part of each patch.
-pub fn open(scene: &Scene, patches: &Patches, seed: u64) -> Vec<f64> {
+/// The open part of each patch, by so many `points` of it.
+pub fn open(scene: &Scene, patches: &Patches, points: impl Fn(u32) -> u32 + Sync, seed: u64) -> Vec<f64> {
     let of = |i: usize| {
-        let covered = Net4::new(seed, i as u64).take(POINTS).enumerate();
+        let points = points(i as u32) as usize;
+        let covered = Net4::new(seed, i as u64).take(points).enumerate();
         let covered = covered.filter(|(k, u)| is_covered(scene, patches, i as u32, *k as u64, *u)).count();
-        1.0 - covered as f64 / POINTS as f64
+        1.0 - covered as f64 / points as f64
     };
     (0..patches.len()).into_par_iter().with_min_len(64).map(of).collect()
 }

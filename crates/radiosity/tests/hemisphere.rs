@@ -4,7 +4,7 @@ mod common;
 
 use common::*;
 use etendue_radiosity::PatchSize;
-use etendue_radiosity::form_factor::{FormFactors, Hemisphere, Open, hemisphere};
+use etendue_radiosity::form_factor::{FormFactors, Hemisphere, Open, Share, hemisphere};
 use etendue_radiosity::{Patches, Side, Sides};
 use etendue_scene::Scene;
 use std::f64::consts::PI;
@@ -98,6 +98,38 @@ fn a_closed_box_is_repaired_to_double_precision() {
     assert!(pooled < 0.7 * single, "{pooled} of {single}");
 }
 
+/// Rays by area: a wall of a box in large and small patches. Every row closes as before, pairs are weighted by what their ends know, and the noise that is
+/// expected is the noise that is found.
+#[test]
+fn rays_by_area_close_rows_and_know_their_noise() {
+    let small = shape("cube", r#"<scale x="0.1" y="0.1" z="0.1"/><translate x="0.5" y="0.9" z="-0.3"/>"#, "");
+    let scene = scene(&(shape("cube", r#"<scale x="1" y="1.5" z="0.7"/>"#, FLIPPED) + &small));
+    let patches = cut(&scene, PatchSize::Metres(0.25)).subdivided(&scene, |i| i % 3 == 0);
+    let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
+    let whole = areas.iter().copied().fold(0.0, f64::max);
+    let method = Hemisphere { rays: 4096, share: Share::ByArea { whole }, errors: false, seed: 3 };
+    let mut f = hemisphere(&scene, &patches, &method, &|_, _| true).expect("not cancelled");
+    let cast: f64 = f.rays.iter().sum();
+    assert!(cast < 0.6 * 4096.0 * areas.len() as f64 && f.rays.iter().all(|n| (256.0..=4096.0).contains(n)), "{cast}");
+    let even = cast_evenly(&scene, &patches, 4096);
+    let told = f.repair(&areas, Open::WithLosses);
+    let ratio = told.moved_by_symmetry / told.moved_by_noise;
+    assert!(told.closure_after < 1e-12 && (0.9..1.05).contains(&ratio), "{told:?}, {ratio}");
+    // Sums over the large patches: light between them is as well known as by equal rays.
+    let large: Vec<usize> = (0..areas.len()).filter(|i| areas[*i] > 0.5 * whole).collect();
+    let between = |f: &FormFactors| large.iter().map(|i| large.iter().map(|j| areas[*i] * f.get(*i, *j)).sum::<f64>()).sum::<f64>();
+    let (a, b) = (between(&f), between(&even));
+    assert!((a / b - 1.0).abs() < 3e-3, "{a} and {b}");
+}
+
+/// Equal rays, repaired.
+fn cast_evenly(scene: &Scene, patches: &Patches, rays: u32) -> FormFactors {
+    let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
+    let mut f = cast(scene, patches, rays);
+    f.repair(&areas, Open::WithLosses);
+    f
+}
+
 /// Where pairs are met by single rays a normal law expects four fifths of what noise moves: 60 % were expected of 100,000 patches that moved 74 %.
 #[test]
 fn noise_is_expected_as_it_is_found_where_rays_are_few() {
@@ -105,8 +137,8 @@ fn noise_is_expected_as_it_is_found_where_rays_are_few() {
     let patches = cut(&scene, PatchSize::Metres(0.2));
     let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
     for rays in [16, 64, 256] {
-        let mut f =
-            hemisphere(&scene, &patches, &Hemisphere { rays, errors: false, seed: 0 }, &|_, _| true).expect("not cancelled");
+        let mut f = hemisphere(&scene, &patches, &Hemisphere { rays, errors: false, ..Hemisphere::default() }, &|_, _| true)
+            .expect("not cancelled");
         let told = f.repair(&areas, Open::WithLosses);
         let ratio = told.moved_by_symmetry / told.moved_by_noise;
         assert!((0.9..1.05).contains(&ratio), "{rays} rays: {ratio}");

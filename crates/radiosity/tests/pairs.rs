@@ -197,7 +197,7 @@ fn a_box_of_two_sides_covers_the_floor() {
         let patches = cut(&scene, PatchSize::Metres(0.7));
         let touching: f64 = patches.faults.iter().map(|f| if let Fault::Touching { area, .. } = f { *area } else { 0.0 }).sum();
         assert!((touching - 1.0).abs() < 1e-5, "{:?}", patches.faults);
-        let open = etendue_radiosity::cover::open(&scene, &patches, 0);
+        let open = etendue_radiosity::cover::open(&scene, &patches, |_| etendue_radiosity::cover::POINTS, 0);
         let inside_room = |i: usize| {
             let p = patches.patches[i].p;
             let n = patches.patches[i].n;

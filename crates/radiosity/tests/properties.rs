@@ -27,7 +27,7 @@ proptest! {
         let scene = scene(&text);
         let patches = cut(&scene, PatchSize::Metres(h));
         let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
-        let rays = Method::Hemisphere(Hemisphere { rays: 512, errors: true, seed });
+        let rays = Method::Hemisphere(Hemisphere { rays: 512, seed, ..Hemisphere::default() });
         let closed_forms = Method::Analytic(Pairs { samples: 4096, seed });
         for method in [rays, closed_forms] {
             // Polygons alone are quick by closed forms.

@@ -151,7 +151,8 @@ fn open_rooms_keep_their_light() {
     let patches = cut(&scene, PatchSize::Metres(0.25));
     let escaped = |rays: u32, open: Open| {
         let mut f =
-            hemisphere(&scene, &patches, &Hemisphere { rays, errors: false, seed: 5 }, &|_, _| true).expect("not cancelled");
+            hemisphere(&scene, &patches, &Hemisphere { rays, errors: false, seed: 5, ..Hemisphere::default() }, &|_, _| true)
+                .expect("not cancelled");
         let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
         let told = f.repair(&areas, open);
         assert!(!told.closed && told.closure_after < 1e-12, "{told:?}");

@@ -91,7 +91,9 @@ pub fn run(a: &FormFactorArguments) -> Done {
     };
     let sides = if a.two_sided { Sides::Both } else { Sides::Front };
     let method = match a.method {
-        MethodName::Hemisphere => Method::Hemisphere(Hemisphere { rays: a.samples.unwrap_or(1 << 16), errors: true, seed: a.seed }),
+        MethodName::Hemisphere => {
+            Method::Hemisphere(Hemisphere { rays: a.samples.unwrap_or(1 << 16), seed: a.seed, ..Hemisphere::default() })
+        }
         MethodName::Analytic => Method::Analytic(Pairs { samples: a.samples.unwrap_or(Pairs::default().samples), seed: a.seed }),
         MethodName::Area => Method::Area,
     };

@@ -7,6 +7,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `rays` | rays a patch, in 16 scramblings; 16 · 2^k is best | 4096 |
+//! | `share` | how patches have part in them ([`Share`]) | all alike |
 //! | `errors` | the standard error of each entry, from the scramblings; 4 bytes an entry | true |
 //! | `seed` | of the scramblings | 0 |
 //!
@@ -26,6 +27,8 @@ use rayon::prelude::*;
 pub struct Hemisphere {
     /// Rays a patch.
     pub rays: u32,
+    /// How patches have part in them.
+    pub share: Share,
     /// Whether each entry gets its standard error.
     pub errors: bool,
     /// Of the scramblings.
@@ -34,7 +37,34 @@ pub struct Hemisphere {
 
 impl Default for Hemisphere {
     fn default() -> Self {
-        Self { rays: 4096, errors: true, seed: 0 }
+        Self { rays: 4096, share: Share::Even, errors: true, seed: 0 }
+    }
+}
+
+/// How many of the rays a patch has.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Share {
+    /// All of them.
+    #[default]
+    Even,
+    /// In proportion to its area: all at `whole` m² and beyond, and one in sixteen of them at least. Light between two patches is then known equally well from both ends.
+    ByArea {
+        /// m².
+        whole: f64,
+    },
+}
+
+/// One in so many rays is left to the smallest of patches.
+const LEAST: u32 = 16;
+
+impl Share {
+    /// So many of `rays` for a patch of this area, m².
+    pub fn of(self, rays: u32, area: f64) -> u32 {
+        match self {
+            Self::Even => rays,
+            Self::ByArea { whole } => ((f64::from(rays) * area / whole) as u32).clamp(rays / LEAST, rays),
+        }
+        .max(1)
     }
 }
 
@@ -54,7 +84,7 @@ const ROWS: usize = 64;
 /// The form factors by casting rays.
 pub fn hemisphere(scene: &Scene, patches: &Patches, method: &Hemisphere, watch: &Watch) -> Result<FormFactors, Cancelled> {
     let n = patches.len();
-    let each = method.rays.div_ceil(REPLICATES).max(1);
+    let each = |i: usize| method.share.of(method.rays, patches.patches[i].area).div_ceil(REPLICATES);
     let mut matrix = Gathered::new(n, n, method.errors);
     let mut objects = Gathered::new(n, patches.objects.len() + LOST.len(), true);
     let tasks: Vec<std::ops::Range<usize>> = (0..n).step_by(ROWS).map(|i| i..(i + ROWS).min(n)).collect();
@@ -66,7 +96,7 @@ pub fn hemisphere(scene: &Scene, patches: &Patches, method: &Hemisphere, watch: 
                 || [Tally::new(n), Tally::new(patches.objects.len() + LOST.len())],
                 |tallies, rows| {
                     let mut strips = [Strip::default(), Strip::default()];
-                    rows.clone().for_each(|i| row(scene, patches, method, i as u32, each, tallies, &mut strips));
+                    rows.clone().for_each(|i| row(scene, patches, method, i as u32, each(i), tallies, &mut strips));
                     strips
                 },
             )
@@ -83,8 +113,8 @@ pub fn hemisphere(scene: &Scene, patches: &Patches, method: &Hemisphere, watch: 
     let objects = objects.finish();
     let part = |i: usize, k: usize| objects.rows.get(i, lost + k).map_or(0.0, |f| f64::from(*f));
     let (absorbed, escaped) = ((0..n).map(|i| part(i, 0)).collect(), (0..n).map(|i| part(i, 1)).collect());
-    let per_ray = 1.0 / f64::from(each * REPLICATES);
-    Ok(FormFactors { absorbed, escaped, per_ray, to_objects: Some(objects), ..FormFactors::new(matrix.finish()) })
+    let rays = (0..n).map(|i| f64::from(each(i) * REPLICATES)).collect();
+    Ok(FormFactors { absorbed, escaped, rays, to_objects: Some(objects), ..FormFactors::new(matrix.finish()) })
 }
 
 /// One row: the rays of patch i.

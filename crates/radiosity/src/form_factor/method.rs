@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(analytic.check(3000, 4 << 30), Ok(()));
         let refused = analytic.check(100_000, 4 << 30).expect_err("too large");
         assert_eq!((refused.pairs, refused.fits), (Some(5_000_000_000), Some("hemisphere")));
-        let rays = Hemisphere { rays: 1024, errors: false, seed: 0 };
+        let rays = Hemisphere { rays: 1024, errors: false, ..Hemisphere::default() };
         assert_eq!(Method::Hemisphere(rays).check(100_000, 4 << 30), Ok(()));
         assert_eq!(Method::Hemisphere(rays).check(100_000_000, 4 << 30).expect_err("too large").fits, None);
     }

@@ -25,7 +25,7 @@ mod tally;
 mod visible;
 
 pub(crate) use blocked::{by_points, by_solid_angle};
-pub use hemisphere::{Hemisphere, hemisphere};
+pub use hemisphere::{Hemisphere, Share, hemisphere};
 pub(crate) use hemisphere::{Landing, land};
 pub use method::{Method, TooLarge};
 pub use pairs::{Pairs, analytic, by_area};
@@ -70,8 +70,8 @@ pub struct FormFactors {
     pub escaped: Vec<f64>,
     /// The part of the light of each patch that meets what is no patch: backs that absorb, obstacles.
     pub absorbed: Vec<f64>,
-    /// One over the rays of a row, where entries without a standard error have the variance F_ij times this at most; zero otherwise.
-    pub per_ray: f64,
+    /// The rays N_i of each row, where entries without a standard error have the variance F_ij / N_i at most; empty where none were cast.
+    pub rays: Vec<f64>,
     /// Whether these two were measured, and are not just what rows lack.
     pub losses_are_measured: bool,
     /// From patches to objects, before any repair; the last two columns are what is absorbed and what escapes. Where the method counts them apart:
@@ -90,7 +90,7 @@ impl FormFactors {
             right: vec![1.0; n],
             escaped: none.clone(),
             absorbed: none,
-            per_ray: 0.0,
+            rays: Vec::new(),
             losses_are_measured: true,
             to_objects: None,
         }

@@ -1,7 +1,7 @@
 //! Form factors that obey physics: reciprocity and closure, restored in double precision.
 //!
 //! ```text
-//! S_ij = A_i A_j (F_ij + F_ji) / (A_i + A_j)          A_i F_ij and A_j F_ji, each weighted by the inverse of its variance under equal rays
+//! S_ij = (N_i F_ij + N_j F_ji) / (N_i/A_i + N_j/A_j)   A_i F_ij and A_j F_ji, each weighted by the inverse of its variance under N_i and N_j rays
 //! x_i ← x_i √(A_i / (x_i (S x)_i + x_i s_i))          until every row closes;  s_i = A_i · (what patch i loses)
 //! F'_ij = x_i S_ij x_j / A_i
 //! ```
@@ -75,6 +75,11 @@ pub struct Repair {
 impl FormFactors {
     /// Restores reciprocity, and closure where rows have something to be closed to, given the areas of the patches in m².
     pub fn repair(&mut self, areas: &[f64], open: Open) -> Repair {
+        self.repair_to(CLOSED, areas, open)
+    }
+
+    /// The same, with every row as near to one as `near`.
+    pub fn repair_to(&mut self, near: f64, areas: &[f64], open: Open) -> Repair {
         let total: f64 = areas.iter().sum();
         let losses: Vec<f64> = (0..self.len()).map(|i| self.escaped[i] + self.absorbed[i]).collect();
         let closed = losses.iter().all(|l| *l == 0.0);
@@ -88,14 +93,14 @@ impl FormFactors {
         let rows = |x: &[f64]| product(&self.matrix.rows, x);
         let sums = |x: &[f64]| rows(x).iter().zip(&sinks).map(|(sx, sink)| sx + sink).collect::<Vec<_>>();
         let parts = |x: &[f64]| -> Vec<f64> { sums(x).iter().zip(x).zip(areas).map(|((s, x), a)| x * s / a).collect() };
-        let (mut x, sweeps) = if closes { balance(parts, areas, CLOSED) } else { lower(rows, areas, CLOSED) };
-        if closes && parts(&x).iter().any(|part| *part > 1.0 + CLOSED) {
+        let (mut x, sweeps) = if closes { balance(parts, areas, near) } else { lower(rows, areas, near) };
+        if closes && parts(&x).iter().any(|part| *part > 1.0 + near) {
             // Rows that cannot be closed give no more than they have.
             let by = |z: &[f64]| {
                 let scaled: Vec<f64> = x.iter().zip(z).map(|(x, z)| x * z).collect();
                 sums(&scaled).iter().zip(&x).map(|(s, x)| s * x).collect()
             };
-            let (z, _) = lower(by, areas, CLOSED);
+            let (z, _) = lower(by, areas, near);
             x.iter_mut().zip(z).for_each(|(x, z)| *x *= z);
         }
 
@@ -144,7 +149,7 @@ fn largest(values: impl ParallelIterator<Item = f64>) -> f64 {
     values.reduce(|| 0.0, f64::max)
 }
 
-/// S with its standard errors, Σ |A_i F_ij - A_j F_ji|, and what of that to expect: E|z| = √(2/π) standard errors, where rays are many.
+/// S with its standard errors (N_i = 1 where no rays were cast), Σ |A_i F_ij - A_j F_ji|, and what of that to expect: E|z| = √(2/π) standard errors, where rays are many.
 fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, [f64; 2]) {
     let n = f.len();
     let with_errors = !f.matrix.errors.is_empty();
@@ -195,14 +200,19 @@ fn symmetric(f: &FormFactors, areas: &[f64]) -> (Matrix, [f64; 2]) {
                 let number = |data: &[f32], place: Option<usize>| place.map_or(0.0, |p| f64::from(data[p]));
                 let (f_ij, f_ji) = (number(f.matrix.rows.data(), at), number(transposed.rows.data(), of));
                 let (a, b) = (areas[i], areas[j as usize]);
-                let weight = a * b / (a + b);
+                let [n, m] = [i, j as usize].map(|i| f.rays.get(i).copied().unwrap_or(1.0));
+                let weights = n / a + m / b;
                 columns[k] = j;
-                values[k] = (weight * (f_ij + f_ji)) as f32;
-                let mut variance = f.per_ray * (a * a * f_ij + b * b * f_ji) * coarse((f_ij + f_ji) / f.per_ray).powi(2);
+                values[k] = ((n * f_ij + m * f_ji) / weights) as f32;
+                let mut variance = if f.rays.is_empty() {
+                    0.0
+                } else {
+                    (a * a * f_ij / n + b * b * f_ji / m) * coarse(n * f_ij + m * f_ji).powi(2)
+                };
                 if with_errors {
                     let (e, g) = (number(&f.matrix.errors, at), number(&transposed.errors, of));
                     variance = (a * e).powi(2) + (b * g).powi(2);
-                    errors[k] = (weight * (e * e + g * g).sqrt()) as f32;
+                    errors[k] = ((n * e).hypot(m * g) / weights) as f32;
                 }
                 off += (a * f_ij - b * f_ji).abs();
                 noise += (2.0 / std::f64::consts::PI * variance).sqrt();

@@ -59,6 +59,12 @@ pub struct TooMany {
     pub size: Option<f64>,
 }
 
+/// How many patches are made where n were asked for and there are so many pieces: large ones among many are cut all the same, and more finely where the
+/// many small ones ask for few rays.
+fn patches_for(n: usize, pieces: usize) -> usize {
+    n.max(pieces + if pieces > 4 * n { 4 * n } else { n / 2 })
+}
+
 impl Patches {
     /// The patches of `scene`.
     pub fn cut(scene: &Scene, cutting: &Cutting) -> Result<Self, TooMany> {
@@ -70,7 +76,7 @@ impl Patches {
         let h = match cutting.size {
             PatchSize::Whole => f64::INFINITY,
             PatchSize::Metres(h) => h,
-            PatchSize::Count(n) => patches.size_for(n.max(patches.count_at(f64::INFINITY) + n / 2)),
+            PatchSize::Count(n) => patches.size_for(patches_for(n, patches.count_at(f64::INFINITY))),
         };
         let count = patches.count_at(h);
         if count > cutting.most {
@@ -88,7 +94,7 @@ impl Patches {
             patches.cells.extend(cells.into_iter().map(cell));
         }
         patches.inspect(scene);
-        patches.number(scene);
+        patches.number(scene, None);
         Ok(patches)
     }
 
@@ -105,7 +111,7 @@ impl Patches {
                 finer.cells.extend(cell.span.quarters(triangle).map(quarter));
             }
         }
-        finer.number(scene);
+        finer.number(scene, Some(self));
         finer
     }
 
@@ -156,8 +162,8 @@ impl Patches {
         large
     }
 
-    /// Makes the patches of all leaves.
-    pub(super) fn number(&mut self, scene: &Scene) {
+    /// Makes the patches of all leaves; what they reflect is known of those that were there `before`.
+    pub(super) fn number(&mut self, scene: &Scene, before: Option<&Self>) {
         self.patches.clear();
         for o in 0..self.objects.len() {
             let begin = self.patches.len() as u32;
@@ -172,7 +178,7 @@ impl Patches {
         }
         let measured: Vec<_> = (0..self.len() as u32).into_par_iter().map(|i| self.measured(scene, i)).collect();
         self.patches = measured;
-        self.look_up(scene);
+        self.look_up(scene, before);
         self.find_contacts(scene);
     }
 

@@ -8,7 +8,7 @@
 //! Of a diffuse surface f = ρ/π, and one sample tells. Any other material is taken for a diffuse one of its ρ, which is found by sampling; what it
 //! transmits is lost. [`NotDiffuse`] tells how much that is.
 
-use super::{Patches, Side};
+use super::{NONE, Patches, Side};
 use etendue_bsdf::{Event, Scatter};
 use etendue_numerics::math::PI;
 use etendue_numerics::sequence::{SequenceKind, unit};
@@ -129,13 +129,21 @@ impl Patches {
         (0..n).map(|k| self.interaction(scene, i, self.sample(i, u(k)).st)).collect()
     }
 
-    /// Fills in ρ and Be of all patches.
-    pub(super) fn look_up(&mut self, scene: &Scene) {
+    /// Fills in ρ and Be of all patches, of those that were there `before` by what they had.
+    pub(super) fn look_up(&mut self, scene: &Scene, before: Option<&Self>) {
         let textured = is_textured(scene);
+        let known = |i: u32| {
+            let (before, patch) = (before?, self.get(i));
+            let old = before.cells.get(patch.cell as usize)?.patches[usize::from(patch.side == Side::Back)];
+            (old != NONE).then(|| before.get(old))
+        };
         let optics: Vec<Optics> = if textured {
             (0..self.len() as u32)
                 .into_par_iter()
-                .map_init(Seen::new, |seen, i| mean_of(scene, self.get(i).side, &self.points(scene, i, TEXTURE_POINTS), seen))
+                .map_init(Seen::new, |seen, i| match known(i) {
+                    Some(old) => Optics { rho: old.rho, be: old.be, ..Optics::default() },
+                    None => mean_of(scene, self.get(i).side, &self.points(scene, i, TEXTURE_POINTS), seen),
+                })
                 .collect()
         } else {
             // The same all over each side of a surface.
@@ -151,7 +159,10 @@ impl Patches {
         for (patch, optics) in self.patches.iter_mut().zip(&optics) {
             (patch.rho, patch.be) = (optics.rho, optics.be);
         }
-        self.not_diffuse = self.list_what_is_not_diffuse(scene, &optics);
+        // Surfaces are the same however they are cut.
+        if before.is_none() {
+            self.not_diffuse = self.list_what_is_not_diffuse(scene, &optics);
+        }
     }
 
     /// A line for each side of each surface that is not diffuse, with means by area.

@@ -160,12 +160,13 @@ impl Vertices {
         let flat: Vec<usize> = (0..self.corners.len()).filter(|i| flat(*i)).collect();
         let side = |i: usize, [a, b]: [usize; 2]| [self.corners[i][a], self.corners[i][b]];
         let length = |[a, b]: [u32; 2]| self.points[a as usize].distance(self.points[b as usize]);
-        let lengths = flat.iter().flat_map(|i| self.sides(*i).map(|s| length(side(*i, s))));
-        let (sum, count) = lengths.fold((0.0, 0), |(sum, n), l| (sum + l, n + 1));
-        if count == 0 || sum == 0.0 {
+        // The geometric mean of the sides: of a floor and ten thousand screws the boxes are neither.
+        let lengths = flat.iter().flat_map(|i| self.sides(*i).map(|s| length(side(*i, s)))).filter(|l| *l > 0.0);
+        let (sum, count) = lengths.fold((0.0, 0), |(sum, n), l| (sum + l.ln(), n + 1));
+        if count == 0 {
             return;
         }
-        let step = sum / f64::from(count);
+        let step = (sum / f64::from(count)).exp().max(tolerance);
         let key = |p: DVec3| (p / step).floor().as_i64vec3();
         let mut boxes: HashMap<I64Vec3, Vec<u32>> = HashMap::new();
         for (v, p) in self.points.iter().enumerate() {

@@ -22,8 +22,8 @@ use rayon::prelude::*;
 /// The part of all area that lamps may be.
 const MOST: f64 = 0.25;
 
-/// D of all patches, W/m², of `rays` rays each; `None` where there are no lamps, or too many.
-pub fn irradiance(scene: &Scene, patches: &Patches, rays: usize, seed: u64) -> Option<Vec<DVec3>> {
+/// D of all patches, W/m², of so many `rays` each; `None` where there are no lamps, or too many.
+pub fn irradiance(scene: &Scene, patches: &Patches, rays: impl Fn(u32) -> usize + Sync, seed: u64) -> Option<Vec<DVec3>> {
     let lamps: Vec<u32> = (0..patches.len() as u32).filter(|l| !patches.get(*l).be.is_zero()).collect();
     let power = |l: u32| rgb(patches.get(l).be).element_sum() * patches.get(l).area;
     let area: f64 = lamps.iter().map(|l| patches.get(*l).area).sum();
@@ -42,7 +42,7 @@ pub fn irradiance(scene: &Scene, patches: &Patches, rays: usize, seed: u64) -> O
     let of_patch = |i: u32| {
         let shift = f64::from(unit(mix(mix(seed) ^ u64::from(i)) as u32));
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        for (k, [u, v, s, t]) in Net4::new(!seed, u64::from(i)).take(rays).enumerate() {
+        for (k, [u, v, s, t]) in Net4::new(!seed, u64::from(i)).take(rays(i)).enumerate() {
             let x = patches.sample(i, Vec2::new(u, v));
             weights += x.weight;
             // Lamps in turns, each as often as it is bright.

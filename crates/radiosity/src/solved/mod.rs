@@ -9,12 +9,13 @@
 //! | `size` | of the patches | 12,000 in all |
 //! | `adaptive` | where patches go by number, cut finer where the light changes ([`crate::refine`]) | true |
 //! | `factors` | how they are found; patches that are yet to be cut finer have theirs by `hemisphere`, unless it is `hierarchical` | `hemisphere` |
-//! | `rays` | form-factor rays a patch; of `analytic`, which shares them among the patches that may be hidden, 2^20 at least | 1024 |
+//! | `rays` | form-factor rays a patch; where pieces alone are more than twice the patches asked for, they go by area, and all but large pieces have fewer; of `analytic`, which shares them among the patches that may be hidden, 2^20 at least | 1024 |
 //! | `error` | of `hierarchical`: the bound on ‖B - B*‖ / ‖B - Be‖ at which links are fine enough | 0.2 |
 //! | `method` | of solving; by links `neumann` alone | `neumann` |
 //! | `open` | what rows of an open scene are brought to ([`crate::form_factor::Repair`]); by links `losses` alone | `losses` |
 //! | `residual` | relative, at which the solution is done | 1e-4 |
 //! | `sweeps` | at most | 1000 |
+//! | `closure` | how near to one the rows of F are brought | 1e-13 |
 //! | `seed` | of the rays | 0 |
 
 mod carrier;
@@ -36,6 +37,9 @@ use glam::DVec3;
 
 /// One ray to lamps for so many form-factor rays.
 const LAMPS: usize = 8;
+
+/// Points at least by which it is known what part of a patch is open.
+const FEWEST: u32 = 16;
 
 /// What has been reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,11 +78,11 @@ impl Solved {
         if let (PatchSize::Count(n), true) = (settings.size, settings.adaptive) {
             let coarse = Settings {
                 factors: if settings.factors == Factors::Hierarchical { settings.factors } else { Factors::Hemisphere },
-                // No more rays in all than the number of patches asks for, where pieces are more than that.
-                rays: (settings.rays / 4 / patches.len().div_ceil(n.max(1)).max(1) as u32).max(64),
+                rays: (settings.rays / 4).max(64),
                 error: 2.0 * settings.error,
                 method: Method::Neumann,
                 residual: 0.01,
+                closure: 1e-3,
                 ..*settings
             };
             let even = patches.len().max(n / 2);
@@ -101,7 +105,9 @@ impl Solved {
         if !watch(Stage::Patches(patches.len())) {
             return Err(Error::Cancelled);
         }
-        let open = cover::open(scene, &patches, settings.seed);
+        let share = settings.share(&patches);
+        let points = |i: u32| share.of(cover::POINTS, patches.get(i).area).max(FEWEST);
+        let open = cover::open(scene, &patches, points, settings.seed);
         let mut direct = lights::irradiance(scene, &patches, settings.seed);
         direct.iter_mut().zip(&open).filter(|(_, open)| **open > 0.0).for_each(|(e, open)| *e /= *open);
         let sweep = |k, residual| watch(Stage::Sweep(k, residual));
@@ -118,7 +124,7 @@ impl Solved {
             return Ok(Self { patches, exchange: Carrier::Links(Box::new(links)), repair, direct, solution });
         }
         // Of rays that meet lamps by chance there are few; pairs have no need of them.
-        let rays = (settings.rays as usize / LAMPS).max(16);
+        let rays = |i: u32| (share.of(settings.rays, patches.get(i).area) as usize / LAMPS).max(16);
         let by_rays = settings.factors == Factors::Hemisphere;
         let lit = by_rays.then(|| lamps::irradiance(scene, &patches, rays, settings.seed)).flatten();
         let (factors, repair) = factors(scene, &mut patches, &open, settings, watch)?;
@@ -157,6 +163,7 @@ impl Solved {
         if settings.factors == Factors::Hierarchical && settings.open == Open::Reciprocal {
             return Err(Error::LossesOnly);
         }
+        let settings = &Settings { rays: settings.mean_rays(&patches), ..*settings };
         let bytes = settings.bytes(count);
         let (many, large) = (count > settings.factors.most(), bytes > settings.memory);
         if many || large {
@@ -192,12 +199,12 @@ fn factors(
         Factors::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(Pairs::default().samples), seed }, &rows)?,
         Factors::Area => by_area(scene, patches, &rows)?,
         Factors::Hemisphere | Factors::Hierarchical => {
-            hemisphere(scene, patches, &Hemisphere { rays, errors: false, seed }, &rows)?
+            hemisphere(scene, patches, &Hemisphere { rays, share: settings.share(patches), errors: false, seed }, &rows)?
         }
     };
     cover::shrink(patches, open);
     cover::uncover(&mut factors, patches, open);
     let areas: Vec<f64> = patches.patches.iter().map(|p| p.area).collect();
-    let repair = factors.repair(&areas, settings.open);
+    let repair = factors.repair_to(settings.closure, &areas, settings.open);
     Ok((factors, repair))
 }

@@ -1,9 +1,9 @@
 //! What to do: how form factors are found and the equation is solved.
 
 use crate::choices::choices;
-use crate::form_factor::{FormFactors, Open};
+use crate::form_factor::{CLOSED, FormFactors, Open, Share};
 use crate::hierarchy::Hierarchical;
-use crate::patch::PatchSize;
+use crate::patch::{PatchSize, Patches};
 use crate::solve::direct::TooLarge;
 use crate::solve::{Equation, Solution, Until, direct, gauss_seidel, neumann, shooting};
 
@@ -69,6 +69,8 @@ pub struct Settings {
     pub residual: f64,
     /// Sweeps at most.
     pub sweeps: usize,
+    /// How near to one the rows of F are brought.
+    pub closure: f64,
     /// Of the rays.
     pub seed: u64,
     /// Bytes that form factors may take.
@@ -87,6 +89,7 @@ impl Default for Settings {
             open: Open::default(),
             residual: 1e-4,
             sweeps: 1000,
+            closure: CLOSED,
             seed: 0,
             memory: u64::MAX,
         }
@@ -94,6 +97,23 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// How patches have part in the rays: alike, unless there are more than twice as many as were asked for.
+    pub(super) fn share(&self, patches: &Patches) -> Share {
+        match self.size {
+            PatchSize::Count(n) if patches.len() / 2 > n => {
+                Share::ByArea { whole: patches.patches.iter().map(|p| p.area).sum::<f64>() / n.max(1) as f64 }
+            }
+            _ => Share::Even,
+        }
+    }
+
+    /// The rays of a patch in the mean.
+    pub(super) fn mean_rays(&self, patches: &Patches) -> u32 {
+        let share = self.share(patches);
+        let sum: u64 = patches.patches.iter().map(|p| u64::from(share.of(self.rays, p.area))).sum();
+        sum.div_ceil(patches.len().max(1) as u64) as u32
+    }
+
     /// The ways to find form factors of so many patches that fit.
     pub(super) fn fitting(&self, patches: usize) -> Vec<Factors> {
         let fits = |f: &Factors| patches <= f.most() && Self { factors: *f, ..*self }.bytes(patches) <= self.memory;
