@@ -10,7 +10,7 @@
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `block` | edge of the blocks of pixels that share, 1, 2 or 4; 1 leaves each walk alone | 1 |
-//! | `follow` | κ: of n walks that find for each other κ √n are followed, from 0.25 to 4; 4 follows all of a block | 2 |
+//! | `follow` | κ: of n walks that find for each other κ √n are followed, from 0.25 to 4; 4 follows all of a block | 1.05 |
 
 use crate::lanes;
 use crate::neighbours::{self, How};

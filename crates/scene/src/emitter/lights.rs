@@ -174,6 +174,12 @@ impl Lights {
         if density > 0.0 { density * (1.0 - self.tree_share(from)) } else { 0.0 }
     }
 
+    /// Whether [`Lights::pdf_escaped`] is the same from everywhere: whether the only light is a picture all around.
+    #[inline]
+    pub fn is_alike(&self, scene: &Scene) -> bool {
+        self.alone.is_some_and(|only| matches!(scene.emitter(only.emitter).model, Model::Environment(_)))
+    }
+
     /// The probability with which [`Lights::sample`] chooses at `from` the point or the single direction `emitter`.
     pub fn probability(&self, from: &LightReference, emitter: EmitterId) -> f32 {
         if let Some(only) = self.alone {

@@ -10,8 +10,8 @@ use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
 use etendue_scene::SurfaceId;
 
-/// κ where nobody asks for another. By measurement: more cost time, fewer bring noise.
-pub(crate) const FOLLOWED: f32 = 2.0;
+/// κ where nobody asks for another. By measurement: more cost time, fewer bring noise; this is as fast as walks alone where all surfaces are Lambert's.
+pub(crate) const FOLLOWED: f32 = 1.05;
 
 /// κ of directions that escape, which cost nothing but the neighbours' shadow rays.
 const ESCAPED: f32 = 2.0;
@@ -140,9 +140,13 @@ impl<'a> Neighbours<'a> {
             return true;
         }
         let first = self.follow();
+        // The density of light samples, looked up once where it is the same from everywhere.
+        let alike = c.scene.lights.is_alike(c.scene);
+        let alike = alike.then(|| c.scene.pdf_light_escaped(&self.firsts[i as usize].from(), d));
         for (n, k) in (block[0]..block[1]).enumerate() {
             let from = self.firsts[k as usize].from();
-            let weight = |pdf: f32| mis_weight(how.heuristic, pdf, c.scene.pdf_light_escaped(&from, d));
+            let by_light = || alike.unwrap_or_else(|| c.scene.pdf_light_escaped(&from, d));
+            let weight = |pdf: f32| mis_weight(how.heuristic, pdf, by_light());
             self.share(&Met::Sky(d), first + n, k, weight);
             if k != i && self.densities[first + n] > 0.0 {
                 let x = &self.firsts[k as usize];

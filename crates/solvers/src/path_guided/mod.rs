@@ -95,7 +95,7 @@ pub const GUIDE: &[&str] = &["auto", "always"];
 
 impl Default for PathGuided {
     fn default() -> Self {
-        Self { photons: 1 << 21, guide: 0, mis: PathMis { block: 2, ..PathMis::default() } }
+        Self { photons: 1 << 21, guide: 0, mis: PathMis { block: 2, follow: 2.0, ..PathMis::default() } }
     }
 }
 
