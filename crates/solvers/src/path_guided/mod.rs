@@ -157,7 +157,12 @@ impl PathGuided {
 /// Walks that are planned.
 fn planned(run: &Run<'_>, work: &Work<'_>) -> u64 {
     let [width, height] = work.film.shape().size.map(u64::from);
-    let all = u64::from(run.planned_samples()).saturating_mul(width * height);
+    let passes = match run.stop {
+        // However they are spread, and over replicates.
+        Stop::Noise { limit, .. } => limit,
+        _ => run.planned_samples(),
+    };
+    let all = u64::from(passes).saturating_mul(width * height);
     match run.stop {
         Stop::Time(limit) => all.min((limit.as_secs_f64() * PER_SECOND) as u64),
         _ => all,
