@@ -102,6 +102,33 @@ fn a_coated_metal_is_seen_from_within_its_coat() {
     }
 }
 
+/// Textured thickness and g: at every place the coat is the one that has these numbers all over, to the bit, for both are estimated by the same walks.
+#[test]
+fn a_coat_may_be_thicker_here_than_there() {
+    let coats = |coat: &str| {
+        ["coateddiffuse", "coatedconductor"].map(|model| {
+            let textures = "Texture \"t\" \"float\" \"checkerboard\" \"float tex1\" 0.5 \"float tex2\" 0.02\n\
+                 Texture \"g\" \"float\" \"checkerboard\" \"float tex1\" 0.6 \"float tex2\" -0.3\n";
+            let square = "Shape \"trianglemesh\" \"point3 P\" [0 0 0 2 0 0 2 2 0 0 2 0] \"point2 uv\" [0 0 2 0 2 2 0 2] \"integer indices\" [0 1 2 0 2 3]";
+            compiled(&format!("{textures}Material \"{model}\" \"rgb albedo\" [.3 .5 .7] {coat}\n{square}"), false)
+        })
+    };
+    let textured = coats("\"texture thickness\" \"t\" \"texture g\" \"g\"");
+    let even = [("0.5", "0.6"), ("0.02", "-0.3")].map(|(t, g)| coats(&format!("\"float thickness\" {t} \"float g\" {g}")));
+    let (wo, wi) = (Vec3::new(0.3, 0.1, 0.9).normalize(), Vec3::new(-0.5, 0.4, 0.7).normalize());
+    for ((x, y), here) in [((0.5, 0.5), 0), ((1.5, 0.5), 1), ((1.5, 1.5), 0)] {
+        let ray = Ray::new(Vec3::new(x, y, 4.0), -Vec3::Z);
+        let seen = |scene: &Scene| {
+            let x = scene.interaction(&ray, &scene.intersect(&ray).expect("a hit"));
+            scene.bsdf(&x, &Wavelengths::Rgb).eval(wo, wi).to_rgb()
+        };
+        for k in 0..2 {
+            let (got, want, other) = (seen(&textured[k]), seen(&even[here][k]), seen(&even[1 - here][k]));
+            assert!(got == want && got != other, "at ({x}, {y}): {got:?}, {want:?}, not {other:?}");
+        }
+    }
+}
+
 /// A floor under a portal in the ceiling: the irradiance is ∫ L cos cos/r² over it, by light samples, and by looking all around.
 #[test]
 fn a_portal_lets_light_in_through_its_rectangle_only() {

@@ -340,19 +340,22 @@ impl Reader<'_> {
 
     /// What both coated models have.
     fn coat(&mut self, list: &mut List) -> Vec<Param> {
+        let thickness = match self.number(list, "thickness").map(|v| v.value) {
+            None => Value::Float(0.01),
+            Some(Value::Float(x)) => Value::Float(x.max(f64::from(f32::MIN_POSITIVE))),
+            Some(texture) => texture,
+        };
+        let g = self.number(list, "g").map_or(Value::Float(0.0), |v| v.value);
         let d = &mut self.diagnostics;
-        let span = list.span;
-        let thickness = list.float(d, "thickness", 0.01).max(f64::from(f32::MIN_POSITIVE));
         let mut params = vec![
-            param("thickness", Value::Float(thickness), list.span_of("thickness")),
-            param("g", Value::Float(list.float(d, "g", 0.0)), list.span_of("g")),
+            param("thickness", thickness, list.span_of("thickness")),
+            param("g", g, list.span_of("g")),
             param("max_depth", Value::Integer(list.integer(d, "maxdepth", 10, 1..=1000)), list.span_of("maxdepth")),
             param("samples", Value::Integer(list.integer(d, "nsamples", 1, 1..=1000)), list.span_of("nsamples")),
         ];
         if let Some(albedo) = self.colour(list, "albedo", Role::Reflectance) {
             params.push(param("albedo", albedo.value, albedo.span));
         }
-        let _ = span;
         params
     }
 

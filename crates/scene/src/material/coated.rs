@@ -3,7 +3,7 @@
 //! Parameters: `reflectance` of the ground (default 0.5); `int_ior` (default 1.5) and `ext_ior` of the layer; `alpha_u`, `alpha_v` of its
 //! boundary (default 0; below 0.001 it is smooth); `thickness` (default 0.01): light is weakened by e^(-thickness/cosθ) on each way through; `max_depth`
 //! (default 10): how often light meets ground and boundary at the most; `albedo` (default 0) and `g` (default 0) of particles in the layer, `samples`
-//! (default 1), `remap_roughness`. A clear layer with an even boundary is summed exactly; else walks estimate what it does.
+//! (default 1), `remap_roughness`. All but the indices and both numbers may be textured. A clear layer, even all over, is summed exactly; else walks estimate what it does.
 //!
 //! `coatedconductor`: a metal under such a layer, whose index it is seen from. The metal as of `conductor`, with `base_alpha_u`, `base_alpha_v`, `base_remap_roughness`.
 
@@ -85,9 +85,13 @@ pub struct Layered {
     pub ground: LayerGround,
     /// The boundary.
     pub boundary: LayerRoughness,
+    /// Optical thickness of the layer.
+    pub thickness: ScalarSlot,
     /// Of the particles in the layer.
     pub albedo: ColorSlot,
-    /// Everything that is the same all over; its ground, boundary and albedo are not looked at.
+    /// Of them as well, Henyey and Greenstein's.
+    pub g: ScalarSlot,
+    /// Everything that is the same all over; nothing else of it is looked at.
     pub params: LayeredParams,
 }
 
@@ -110,7 +114,7 @@ impl Single for Layered {
                 Ground::Metal(p.eta * per_layer, p.k * per_layer, roughness.at(at))
             }
         };
-        lobes::Layered::new(LayeredParams { ground, alpha: self.boundary.at(at), albedo: at.color(&self.albedo), ..self.params })
-            .into()
+        let (thickness, albedo, g) = (at.scalar(&self.thickness), at.color(&self.albedo), at.scalar(&self.g));
+        lobes::Layered::new(LayeredParams { ground, alpha: self.boundary.at(at), thickness, albedo, g, ..self.params }).into()
     }
 }

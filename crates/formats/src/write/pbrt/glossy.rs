@@ -12,8 +12,8 @@ use etendue_numerics::spectrum::ior;
 impl Writer<'_, '_> {
     pub(super) fn coat(&mut self, node: &Node, list: &mut List) {
         for name in ["thickness", "g"] {
-            if let Some(x) = float(node, name) {
-                list.float(name, x);
+            if let Some(x) = get(node, name) {
+                self.number(list, name, x);
             }
         }
         for (name, theirs) in [("max_depth", "maxdepth"), ("samples", "nsamples")] {

@@ -263,20 +263,22 @@ impl<'a> Compiler<'a> {
         .into()
     }
 
-    /// The layer's parameters, its boundary, and the albedo of its particles.
-    fn layer(&mut self, p: &mut Params<'a>) -> (lobes::LayeredParams, LayerRoughness, ColorSlot) {
-        let eta = self.eta(p, 1.5);
-        let boundary = self.layer_roughness(p, ["alpha_u", "alpha_v", "remap_roughness"]);
-        let albedo = self.reflectance(p, "albedo", 0.0);
+    /// A layer on the ground.
+    fn layer(&mut self, p: &mut Params<'a>, ground: LayerGround) -> Layered {
         let params = lobes::LayeredParams {
-            eta,
-            thickness: p.float(self.diagnostics, "thickness", 0.01, 0.0..=1e3) as f32,
-            g: p.float(self.diagnostics, "g", 0.0, -0.99..=0.99) as f32,
+            eta: self.eta(p, 1.5),
             max_depth: p.integer(self.diagnostics, "max_depth", 10, 1..=1000) as u32,
             samples: p.integer(self.diagnostics, "samples", 1, 1..=1000) as u32,
             ..Default::default()
         };
-        (params, boundary, albedo)
+        Layered {
+            ground,
+            boundary: self.layer_roughness(p, ["alpha_u", "alpha_v", "remap_roughness"]),
+            thickness: self.scalar(p, "thickness", 0.01, 0.0..=1e3),
+            albedo: self.reflectance(p, "albedo", 0.0),
+            g: self.scalar(p, "g", 0.0, -0.99..=0.99),
+            params,
+        }
     }
 
     fn layer_roughness(&mut self, p: &mut Params<'a>, [u, v, remap]: [&'static str; 3]) -> LayerRoughness {
@@ -286,29 +288,30 @@ impl<'a> Compiler<'a> {
 
     pub(super) fn coated_diffuse(&mut self, p: &mut Params<'a>) -> Material {
         let reflectance = self.reflectance(p, "reflectance", 0.5);
-        let (params, boundary, albedo) = self.layer(p);
-        let clear = matches!(&albedo, ColorSlot::Constant(c) if c.to_rgb() == [0.0; 3]);
-        // A clear layer with an even boundary has a sum that is known.
-        match boundary.alpha {
-            [ScalarSlot::Constant(u), ScalarSlot::Constant(v)] if u == v && clear && !boundary.remap => {
+        let layered = self.layer(p, LayerGround::Diffuse(reflectance.clone()));
+        let clear = matches!(&layered.albedo, ColorSlot::Constant(c) if c.to_rgb() == [0.0; 3]);
+        // A clear layer that is even all over has a sum that is known.
+        match (&layered.boundary.alpha, &layered.thickness) {
+            ([ScalarSlot::Constant(u), ScalarSlot::Constant(v)], ScalarSlot::Constant(thickness))
+                if u == v && clear && !layered.boundary.remap =>
+            {
                 let coated = lobes::CoatedDiffuseParams {
-                    eta: params.eta,
-                    alpha: (u >= 1e-3).then_some(u),
-                    thickness: params.thickness,
-                    bounces: params.max_depth.div_ceil(2),
+                    eta: layered.params.eta,
+                    alpha: (*u >= 1e-3).then_some(*u),
+                    thickness: *thickness,
+                    bounces: layered.params.max_depth.div_ceil(2),
                     ..Default::default()
                 };
                 CoatedDiffuse::new(reflectance, coated).into()
             }
-            _ => Layered { ground: LayerGround::Diffuse(reflectance), boundary, albedo, params }.into(),
+            _ => layered.into(),
         }
     }
 
     pub(super) fn coated_conductor(&mut self, p: &mut Params<'a>) -> Material {
         let metal = self.metal(p);
         let base = self.layer_roughness(p, ["base_alpha_u", "base_alpha_v", "base_remap_roughness"]);
-        let (params, boundary, albedo) = self.layer(p);
-        Layered { ground: LayerGround::Metal(Box::new(metal), base), boundary, albedo, params }.into()
+        self.layer(p, LayerGround::Metal(Box::new(metal), base)).into()
     }
 
     pub(super) fn diffuse_transmission(&mut self, p: &mut Params<'a>) -> Material {
