@@ -99,8 +99,8 @@ pub struct Needs {
     pub no_mirrors_in_view: bool,
     /// Light is red, green and blue.
     pub rgb: bool,
-    /// No surface is a wall from one side and nothing from the other, as hair is, and no light shines through a portal: walks from the lights cannot go the way
-    /// that the eye looks.
+    /// No surface is a wall from one side and nothing from the other, as hair is, and no light shines through a portal beside other surroundings: walks from
+    /// the lights cannot go the way that the eye looks.
     pub both_ways: bool,
 }
 
@@ -143,8 +143,8 @@ impl Needs {
             let reason = "hair takes in light that crosses it along walks from the eye alone: of walks from the lights much would be missing";
             return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
         }
-        if self.both_ways && scene.has_portals() {
-            let reason = "light through a portal is known from where it is seen: walks from the lights cannot find it";
+        if self.both_ways && scene.has_portals() && scene.lights.environments().len() > 1 {
+            let reason = "where other surroundings shine beside it, light through a portal is known from where it is seen alone: walks from the lights cannot find it";
             return Err(Refusal { reason: reason.to_owned(), instead: vec!["path-mis"] });
         }
         let points = scene.emitters.iter().filter(|e| e.is_delta()).count();

@@ -8,14 +8,20 @@
 //! Half of the light samples are those of the surroundings, which find the sun, and half are spread over the rectangle [Ureña, Fajardo, King 2013], which find a window
 //! in a large room. The portal itself is no surface: nothing need stand there, and what stands before it casts its shadow.
 //!
-//! From the light's side it is not known whether what a ray meets lies behind the portal: walks from the lights are refused.
+//! Light sets out from the rectangle itself, where nothing stands between it and the surroundings:
+//!
+//! ```text
+//! p_A = 1/(A cosθ)    where a ray of direction d crosses a plane at right angles to it; A of the rectangle, θ between d and its normal
+//! ```
+//!
+//! Beside other surroundings, which shine along the same rays as well, that density would depend on the place: walks from the lights are refused there.
 
 use super::infinity::light_sample;
-use super::{EmissionSample, Extent, Light, LightId, LightReference, LightSample, Model};
+use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, Model, PositionPdf};
 use crate::scene::Scene;
 use etendue_numerics::math::{ONE_MINUS_EPSILON, PI};
 use etendue_numerics::warp::SphericalRectangle;
-use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths};
+use etendue_numerics::{Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
 
 /// Surroundings behind a rectangle.
 #[derive(Clone, Debug)]
@@ -42,6 +48,11 @@ impl Portal {
         }
         let q = p + d * (away / along) - self.corner;
         self.edges.iter().all(|e| (0.0..=e.length_squared()).contains(&q.dot(*e)))
+    }
+
+    /// A, m².
+    fn area(&self) -> f32 {
+        self.edges[0].cross(self.edges[1]).length()
     }
 
     /// The rectangle as seen from `p`; none from outside.
@@ -79,14 +90,38 @@ impl Light for Portal {
         Some(light_sample(scene, from, id, wi, Pdf::SolidAngle(pdf_w), self.light.le_escaped(from.p, wi, wl)))
     }
 
-    fn sample_emission(&self, _: &Scene, _: LightId, _: Vec2, _: Vec2, _: &Wavelengths) -> Option<EmissionSample> {
-        None
+    fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {
+        let cos = self.n.dot(wi);
+        if cos <= 0.0 {
+            return EmissionPdf::ZERO;
+        }
+        let EmissionPdf { direction, .. } = self.light.pdf_emission_escaped(scene, wi);
+        EmissionPdf { position: PositionPdf::Area(1.0 / (self.area() * cos)), direction }
+    }
+
+    fn sample_emission(&self, scene: &Scene, id: LightId, u: Vec2, u_direction: Vec2, wl: &Wavelengths) -> Option<EmissionSample> {
+        /// How far behind the rectangle a ray begins, in parts of what its place is rounded to or of its edges.
+        const CLEAR: f32 = 1e-5;
+        let d = self.light.sample_emission(scene, id, u, u_direction, wl)?.ray.d;
+        let pdf = self.pdf_emission_escaped(scene, -d);
+        let q = self.corner + self.edges[0] * u.x + self.edges[1] * u.y;
+        let size = self.edges.iter().fold(q, |a, e| a.abs().max(e.abs())).max_element();
+        let o = q + d * (CLEAR * size);
+        let lit = pdf.position.value() > 0.0 && pdf.direction.value() > 0.0 && self.lets_through(o, -d);
+        (lit && !scene.accel.occluded(&Ray::new(o, -d), &scene.surfaces)).then(|| EmissionSample {
+            ray: Ray::new(o, d),
+            n: d,
+            pdf,
+            weight: self.light.le_escaped(o, -d, wl) / (pdf.position.value() * pdf.direction.value()),
+            emitter: id.emitter,
+            primitive: id.primitive,
+        })
     }
 
     /// That of the surroundings, through the rectangle in place of the scene's disk.
     fn power_of(&self, scene: &Scene, primitive: u32) -> Spectrum {
         let (_, radius) = scene.bounds.bounding_sphere();
-        let share = self.edges[0].cross(self.edges[1]).length() / (PI * radius * radius).max(f32::MIN_POSITIVE);
+        let share = self.area() / (PI * radius * radius).max(f32::MIN_POSITIVE);
         self.light.power_of(scene, primitive) * share.min(1.0)
     }
 

@@ -45,6 +45,9 @@ pub const SPOT: &str = r#"<emitter type="spot"><transform name="to_world"><looka
     <rgb name="intensity" value="4, 3, 2"/><float name="cutoff_angle" value="35"/></emitter>"#;
 pub const SUN: &str = r#"<emitter type="directional"><vector name="direction" x="0.3" y="-1" z="0.4"/><rgb name="irradiance" value="2, 2, 1"/></emitter>"#;
 pub const SKY: &str = r#"<emitter type="constant"><rgb name="radiance" value="0.5, 0.7, 1"/></emitter>"#;
+/// A bright sky behind a rectangle overhead.
+pub const PORTAL: &str = r#"<emitter type="constant"><rgb name="radiance" value="3, 4, 5"/><vector name="portal_corner" x="-1" y="0.8" z="-1"/>
+    <vector name="portal_x" x="0" y="0" z="2"/><vector name="portal_y" x="2" y="0" z="0"/></emitter>"#;
 pub const MASK: &str = r#"<shape type="rectangle"><transform name="to_world"><rotate x="1" angle="90"/><scale x="0.8" z="0.8"/><translate y="0.3"/></transform>
     <bsdf type="mask"><float name="opacity" value="0.5"/><bsdf type="twosided"><bsdf type="diffuse"/></bsdf></bsdf></shape>"#;
 
@@ -134,6 +137,7 @@ pub fn all_scenes() -> Vec<(&'static str, Scene)> {
         ("parallel", yard(&parallel(), &format!("{SUN}{PROJECTOR}"))),
         ("picture sky", yard(&eye(), &format!("{}{SPOT}", sky_picture()))),
         ("mirrored lamp", room(&eye(), WALLS, &mirrored_lamp())),
+        ("portal", yard(&eye(), &format!("{PORTAL}{ROUGH_GLASS}"))),
         ("unseen", room(&eye(), WALLS, &(unseen() + &lamp() + ROUGH_GLASS))),
     ]
 }
