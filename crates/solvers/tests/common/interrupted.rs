@@ -21,6 +21,10 @@ impl<S: Solver> Solver for Interrupted<'_, S> {
         self.solver.needs()
     }
 
+    fn splats(&self) -> bool {
+        self.solver.splats()
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         self.solver.units(size)
     }
