@@ -218,7 +218,8 @@ impl<'a> Bsdf<'a> {
                 let p = s.pdf.value();
                 (s.weight * p, p)
             } else {
-                (slot.eval(wo, s.wi) * s.wi.z.abs(), slot.pdf(wo, s.wi))
+                let (f, p) = slot.eval_pdf(wo, s.wi);
+                (f * s.wi.z.abs(), p)
             };
             f_cos += if k == chosen { f_k * slot.weight } else { f_k };
             pdf += q * p_k;
@@ -270,13 +271,16 @@ impl Scatter for Bsdf<'_> {
 
     #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        match self.only() {
-            Some(slot) if slot.frame.is_none() => {
-                let (f, pdf) = slot.lobe.eval_pdf(wo, wi);
-                (f * slot.weight, pdf)
-            }
-            _ => (self.eval(wo, wi), self.pdf(wo, wi)),
+        if let Some(slot) = self.only() {
+            return slot.eval_pdf(wo, wi);
         }
+        let (mut f, mut pdf) = (Spectrum::ZERO, 0.0);
+        for slot in self.lobes() {
+            let (f_k, p_k) = slot.eval_pdf(wo, wi);
+            f += f_k;
+            pdf += slot.select * p_k;
+        }
+        (f, if self.total > 0.0 { pdf / self.total } else { 0.0 })
     }
 
     #[inline]

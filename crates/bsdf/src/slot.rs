@@ -32,6 +32,18 @@ impl Slot<'_> {
         self.lobe.pdf(o, i)
     }
 
+    /// w_k f_k and p_k.
+    #[inline]
+    pub fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        let Some(frame) = &self.frame else {
+            let (f, pdf) = self.lobe.eval_pdf(wo, wi);
+            return (f * self.weight, pdf);
+        };
+        let (Some(o), Some(i)) = (frame.to_local(wo), frame.to_local(wi)) else { return (Spectrum::ZERO, 0.0) };
+        let (f, pdf) = self.lobe.eval_pdf(o, i);
+        (f * (self.weight * frame.shadow(wi) * i.z.abs() / wi.z.abs().max(1e-8)), pdf)
+    }
+
     /// A sample of the lobe alone, without w_k.
     #[inline]
     pub fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {

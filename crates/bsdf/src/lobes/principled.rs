@@ -194,27 +194,27 @@ impl Principled {
     fn reflects(&self, f: f32, front: bool) -> f32 {
         if front { 1.0 - self.clear() * (1.0 - f) } else { f }
     }
-}
 
-impl Scatter for Principled {
-    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+    /// f and p, of two directions and the facet between them.
+    #[inline]
+    fn at(&self, wo: Vec3, wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
         let front = wo.z > 0.0;
-        let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
-        let mut f = Spectrum::ZERO;
+        let choice = self.choice(front);
+        let (mut f, mut pdf) = (Spectrum::ZERO, choice.diffuse * cosine_pdf(wi));
 
         // Main specular lobe, both ways, and the coat on top of it.
-        let facet = Facet::between(wo, wi, self.eta);
-        if let Some(x) = &facet {
-            let dg = self.facets.dg(wo, wi, x.m);
+        if let Some(x) = facet {
+            let (dg, p_m) = self.facets.dg_pdf(wo, wi, x.m);
+            let r = self.reflects(x.f, front);
+            pdf += choice.specular * if x.reflects { r } else { 1.0 - r } * p_m * x.cos_o * x.jacobian;
             if x.reflects {
                 if x.f > 0.0 {
                     f += self.specular_fresnel(x.f, wo.dot(x.m), front) * (0.25 * dg);
                 }
                 if front && self.clearcoat > 0.0 {
-                    let fresnel = 0.04 + 0.96 * schlick(x.cos_o, self.eta);
-                    f += Spectrum::splat(
-                        0.25 * self.clearcoat * fresnel * self.coat.d(x.m) * clearcoat_g1(wo, x.m) * clearcoat_g1(wi, x.m),
-                    );
+                    let (d, fresnel) = (self.coat.d(x.m), 0.04 + 0.96 * schlick(x.cos_o, self.eta));
+                    f += Spectrum::splat(0.25 * self.clearcoat * fresnel * d * clearcoat_g1(wo, x.m) * clearcoat_g1(wi, x.m));
+                    pdf += choice.clearcoat * d * x.m.z * x.jacobian;
                 }
             } else if self.clear() > 0.0 {
                 f += self.base.sqrt() * (self.clear() * (1.0 - x.f) * dg * x.cos_o * x.jacobian);
@@ -224,33 +224,24 @@ impl Scatter for Principled {
         // The opaque base, seen from outside only.
         let opaque = self.opaque();
         if front && wi.z > 0.0 && opaque > 0.0 {
-            let cos_d = (wo + wi).try_normalize().map_or(0.0, |m| m.dot(wi));
-            f += self.base * (opaque * FRAC_1_PI * diffuse(self.roughness, self.flatness, cos_o, cos_i, cos_d));
+            let cos_d = facet.map_or(0.0, |x| x.m.dot(wi));
+            f += self.base * (opaque * FRAC_1_PI * diffuse(self.roughness, self.flatness, wo.z, wi.z, cos_d));
             if self.sheen > 0.0 {
                 let colour = Spectrum::lerp(self.sheen_tint, Spectrum::ONE, self.tint);
                 f += colour * ((1.0 - self.metallic) * self.sheen * schlick_weight(cos_d.abs()));
             }
         }
-        f
+        (f, pdf)
+    }
+}
+
+impl Scatter for Principled {
+    fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
+        self.eval_pdf(wo, wi).0
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z == 0.0 || wi.z == 0.0 {
-            return 0.0;
-        }
-        let front = wo.z > 0.0;
-        let choice = self.choice(front);
-        let mut pdf = if front { choice.diffuse * cosine_pdf(wi) } else { 0.0 };
-        if let Some(x) = Facet::between(wo, wi, self.eta) {
-            let r = self.reflects(x.f, front);
-            let share = if x.reflects { r } else { 1.0 - r };
-            let up = if front { wo } else { -wo };
-            pdf += choice.specular * share * self.facets.pdf(up, x.m) * x.jacobian;
-            if x.reflects {
-                pdf += choice.clearcoat * self.coat.pdf(x.m) * x.jacobian;
-            }
-        }
-        pdf
+        self.eval_pdf(wo, wi).1
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
@@ -259,6 +250,8 @@ impl Scatter for Principled {
         }
         let front = wo.z > 0.0;
         let choice = self.choice(front);
+        let path = if front { self.eta } else { 1.0 / self.eta };
+        let mut facet = None;
         let (wi, event) = if u1 < choice.diffuse {
             (cosine_sample(u2)?, Event::REFLECT | Event::DIFFUSE)
         } else if u1 < choice.diffuse + choice.clearcoat {
@@ -267,22 +260,22 @@ impl Scatter for Principled {
             let m = self.facets.sample(if front { wo } else { -wo }, u2);
             let x = fresnel::dielectric(wo.dot(m), self.eta);
             let u = stretch(u1, choice.diffuse + choice.clearcoat, choice.specular);
-            if u < self.reflects(x.f, front) {
-                (reflect(wo, m), Event::REFLECT | Event::GLOSSY)
-            } else {
-                (refract(wo, m, &x), Event::TRANSMIT | Event::GLOSSY)
-            }
+            let reflects = u < self.reflects(x.f, front);
+            let (wi, way) = if reflects { (reflect(wo, m), Event::REFLECT) } else { (refract(wo, m, &x), Event::TRANSMIT) };
+            facet = Some(Facet::of(m, wo, wi, path, reflects, x.f)?);
+            (wi, way | Event::GLOSSY)
         };
         let transmits = event.transmits();
         if same_side(wo, wi) == transmits {
             return None;
         }
-        let eta = match (transmits, front) {
-            (false, _) => 1.0,
-            (true, true) => self.eta,
-            (true, false) => 1.0 / self.eta,
-        };
-        smooth(wi, self.eval(wo, wi), self.pdf(wo, wi), eta, event)
+        let facet = facet.or_else(|| Facet::between(wo, wi, self.eta));
+        let (f, pdf) = self.at(wo, wi, facet.as_ref());
+        smooth(wi, f, pdf, if transmits { path } else { 1.0 }, event)
+    }
+
+    fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        self.at(wo, wi, Facet::between(wo, wi, self.eta).as_ref())
     }
 
     fn events(&self) -> Event {

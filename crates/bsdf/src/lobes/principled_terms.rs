@@ -78,13 +78,7 @@ impl Gtr1 {
         if d * m.z > 1e-20 { d } else { 0.0 }
     }
 
-    /// The density of [`Gtr1::sample`], D(m) m_z.
-    #[inline]
-    pub fn pdf(&self, m: Vec3) -> f32 {
-        self.d(m) * m.z.max(0.0)
-    }
-
-    /// A normal: sin²θ = (α^(2(1 - u)) - α²)/(1 - α²).
+    /// A normal, of density D(m) m_z: sin²θ = (α^(2(1 - u)) - α²)/(1 - α²).
     #[inline]
     pub fn sample(&self, u: Vec2) -> Vec3 {
         let a2 = sqr(self.alpha);

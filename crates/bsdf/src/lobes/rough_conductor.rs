@@ -43,10 +43,11 @@ impl RoughConductor {
         Self { metal: Conductor::new(p.conductor), facets: Microfacets::new(p.ndf, p.alpha_u, p.alpha_v, p.sample_visible) }
     }
 
-    /// f at the facet `m` half way between.
+    /// f and p at the facet `m` half way between.
     #[inline]
-    fn value(&self, wo: Vec3, wi: Vec3, m: Vec3) -> Spectrum {
-        self.metal.reflected(wo.dot(m).clamp(0.0, 1.0)) * (0.25 * self.facets.dg(wo, wi, m))
+    fn at(&self, wo: Vec3, wi: Vec3, m: Vec3) -> (Spectrum, f32) {
+        let (dg, pdf) = self.facets.dg_pdf(wo, wi, m);
+        (self.metal.reflected(wo.dot(m).clamp(0.0, 1.0)) * (0.25 * dg), 0.25 * pdf)
     }
 }
 
@@ -68,11 +69,11 @@ pub(super) fn half_vector(wo: Vec3, wi: Vec3) -> Option<Vec3> {
 
 impl Scatter for RoughConductor {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        half_vector(wo, wi).map_or(Spectrum::ZERO, |m| self.value(wo, wi, m))
+        self.eval_pdf(wo, wi).0
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        half_vector(wo, wi).map_or(0.0, |m| reflected_pdf(&self.facets, wo, m))
+        self.eval_pdf(wo, wi).1
     }
 
     fn sample(&self, wo: Vec3, _u1: f32, u2: Vec2) -> Option<BsdfSample> {
@@ -84,12 +85,13 @@ impl Scatter for RoughConductor {
         if wi.z <= 0.0 || wo.dot(m) <= 0.0 {
             return None;
         }
-        let pdf = reflected_pdf(&self.facets, wo, m);
-        weighted(wi, self.value(wo, wi, m) * (wi.z / pdf), pdf, 1.0, Self::EVENT)
+        let (f, pdf) = self.at(wo, wi, m);
+        weighted(wi, f * (wi.z / pdf), pdf, 1.0, Self::EVENT)
     }
 
+    #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        half_vector(wo, wi).map_or((Spectrum::ZERO, 0.0), |m| (self.value(wo, wi, m), reflected_pdf(&self.facets, wo, m)))
+        half_vector(wo, wi).map_or((Spectrum::ZERO, 0.0), |m| self.at(wo, wi, m))
     }
 
     fn events(&self) -> Event {

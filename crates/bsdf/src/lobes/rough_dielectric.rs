@@ -101,32 +101,28 @@ impl RoughDielectric {
         }
     }
 
-    /// f of a facet: D G / (cosθ_o cosθ_i) times F/4, or times (1 - F) |wo·m| and the Jacobian of refraction.
+    /// f of a facet: D G / (cosθ_o cosθ_i) times F/4, or times (1 - F) |wo·m| and the Jacobian of refraction; and p.
     #[inline]
-    fn value(&self, x: &Facet, wo: Vec3, wi: Vec3) -> Spectrum {
-        let dg = self.facets.dg(wo, wi, x.m);
+    fn at(&self, x: &Facet, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
+        let (dg, pdf) = self.facets.dg_pdf(wo, wi, x.m);
+        // Normals that need not be seen are drawn from wider facets.
+        let pdf = if self.facets.samples_visible() { pdf } else { self.facets.widened(wo.z).d(x.m) * x.m.z / x.cos_o };
+        let through = x.cos_o * x.jacobian;
         if x.reflects {
-            self.reflectance * (0.25 * x.f * dg)
+            (self.reflectance * (0.25 * x.f * dg), pdf * through * x.f)
         } else {
-            self.transmittance * ((1.0 - x.f) * dg * x.cos_o * x.jacobian)
+            (self.transmittance * ((1.0 - x.f) * dg * through), pdf * through * (1.0 - x.f))
         }
-    }
-
-    /// p of a facet.
-    #[inline]
-    fn density(&self, x: &Facet, wo: Vec3) -> f32 {
-        let up = if wo.z < 0.0 { -wo } else { wo };
-        self.facets.widened(wo.z).pdf(up, x.m) * x.jacobian * if x.reflects { x.f } else { 1.0 - x.f }
     }
 }
 
 impl Scatter for RoughDielectric {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        Facet::between(wo, wi, self.eta).map_or(Spectrum::ZERO, |x| self.value(&x, wo, wi))
+        self.eval_pdf(wo, wi).0
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        Facet::between(wo, wi, self.eta).map_or(0.0, |x| self.density(&x, wo))
+        self.eval_pdf(wo, wi).1
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
@@ -143,13 +139,14 @@ impl Scatter for RoughDielectric {
         }
         let path = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
         let facet = Facet::of(m, wo, wi, path, reflects, x.f)?;
-        let pdf = self.density(&facet, wo);
+        let (f, pdf) = self.at(&facet, wo, wi);
         let (eta, event) = if reflects { (1.0, Event::REFLECT) } else { (path, Event::TRANSMIT) };
-        weighted(wi, self.value(&facet, wo, wi) * (wi.z.abs() / pdf), pdf, eta, event | Event::GLOSSY)
+        weighted(wi, f * (wi.z.abs() / pdf), pdf, eta, event | Event::GLOSSY)
     }
 
+    #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        Facet::between(wo, wi, self.eta).map_or((Spectrum::ZERO, 0.0), |x| (self.value(&x, wo, wi), self.density(&x, wo)))
+        Facet::between(wo, wi, self.eta).map_or((Spectrum::ZERO, 0.0), |x| self.at(&x, wo, wi))
     }
 
     fn events(&self) -> Event {

@@ -3,11 +3,7 @@
 //! f = F(wo·m) D(m) G / (4 cosθ_o cosθ_i) + T(cosθ_o) T(cosθ_i) / (π η²) · ρ/(1 - R ρ'): [`RoughTransmittance`] holds T and the internal
 //! reflectance R of the varnish; ρ' = ρ with `nonlinear`, else 1.
 
-use super::{
-    PlasticParams,
-    plastic::Base,
-    rough_conductor::{half_vector, reflected_pdf},
-};
+use super::{PlasticParams, plastic::Base, rough_conductor::half_vector};
 use crate::{
     BsdfSample, Event, Microfacets, Ndf, Scatter,
     fresnel::{self, reflect},
@@ -57,45 +53,42 @@ impl RoughPlastic {
         Self { base, boundary: *boundary, facets: Microfacets::new(p.ndf, p.alpha, p.alpha, p.sample_visible) }
     }
 
-    /// f at the half vector `m`; `t` = T(cosθ_o).
+    /// f and p; `t` = T(cosθ_o).
     #[inline]
-    fn value(&self, wo: Vec3, wi: Vec3, m: Vec3, t: f32) -> Spectrum {
-        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.base.eta).f * self.facets.dg(wo, wi, m);
-        self.base.specular * varnish + self.base.f * (t * self.boundary.at(wi.z))
-    }
-
-    /// p at the half vector `m`; `t` = T(cosθ_o).
-    #[inline]
-    fn density(&self, wo: Vec3, wi: Vec3, m: Vec3, t: f32) -> f32 {
+    fn at(&self, wo: Vec3, wi: Vec3, t: f32) -> (Spectrum, f32) {
+        let Some(m) = half_vector(wo, wi) else { return (Spectrum::ZERO, 0.0) };
+        let (dg, pdf) = self.facets.dg_pdf(wo, wi, m);
+        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.base.eta).f * dg;
+        let f = self.base.specular * varnish + self.base.f * (t * self.boundary.at(wi.z));
         let p = self.base.specular_probability(t);
-        p * reflected_pdf(&self.facets, wo, m) + (1.0 - p) * cosine_pdf(wi)
+        (f, p * (0.25 * pdf) + (1.0 - p) * cosine_pdf(wi))
     }
 }
 
 impl Scatter for RoughPlastic {
     fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
-        half_vector(wo, wi).map_or(Spectrum::ZERO, |m| self.value(wo, wi, m, self.boundary.at(wo.z)))
+        self.eval_pdf(wo, wi).0
     }
 
     fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        half_vector(wo, wi).map_or(0.0, |m| self.density(wo, wi, m, self.boundary.at(wo.z)))
+        self.eval_pdf(wo, wi).1
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
         if wo.z <= 0.0 {
             return None;
         }
-        let p = self.base.specular_probability(self.boundary.at(wo.z));
+        let t = self.boundary.at(wo.z);
+        let p = self.base.specular_probability(t);
         let (wi, event) =
             if u1 < p { (reflect(wo, self.facets.sample(wo, u2)), Event::GLOSSY) } else { (cosine_sample(u2)?, Event::DIFFUSE) };
-        let (f, pdf) = self.eval_pdf(wo, wi);
+        let (f, pdf) = self.at(wo, wi, t);
         smooth(wi, f, pdf, 1.0, Event::REFLECT | event)
     }
 
+    #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        let Some(m) = half_vector(wo, wi) else { return (Spectrum::ZERO, 0.0) };
-        let t = self.boundary.at(wo.z);
-        (self.value(wo, wi, m, t), self.density(wo, wi, m, t))
+        self.at(wo, wi, self.boundary.at(wo.z))
     }
 
     fn events(&self) -> Event {

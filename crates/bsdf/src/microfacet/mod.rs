@@ -22,7 +22,7 @@ pub mod transmittance;
 
 use etendue_numerics::{
     Vec2, Vec3,
-    math::{PI, TAU, exp, ln, safe_sqrt, sin_cos, sqr},
+    math::{PI, TAU, exp, ln, safe_sqrt, sin_cos, sin_cos_near, sqr},
 };
 
 /// Which distribution of normals.
@@ -75,12 +75,12 @@ impl Microfacets {
     /// D(m), per steradian of normals; zero below the horizon and where it would underflow.
     #[inline]
     pub fn d(&self, m: Vec3) -> f32 {
-        let norm = PI * self.alpha.x * self.alpha.y;
-        let slope2 = sqr(m.x / self.alpha.x) + sqr(m.y / self.alpha.y);
-        let c2 = sqr(m.z);
+        // All squares times (α_x α_y)², which leaves one division.
+        let a = self.alpha.x * self.alpha.y;
+        let slope2 = sqr(m.x * self.alpha.y) + sqr(m.y * self.alpha.x);
         let d = match self.ndf {
-            Ndf::Ggx | Ndf::GgxCorrelated => 1.0 / (norm * sqr(slope2 + c2)),
-            Ndf::Beckmann => exp(-slope2 / c2) / (norm * sqr(c2)),
+            Ndf::Ggx | Ndf::GgxCorrelated => a * a * a / (PI * sqr(slope2 + sqr(m.z * a))),
+            Ndf::Beckmann => exp(-slope2 / sqr(m.z * a)) / (PI * a * sqr(sqr(m.z))),
         };
         if d * m.z > 1e-20 { d } else { 0.0 }
     }
@@ -113,11 +113,32 @@ impl Microfacets {
     /// D(m) G/(cosθ_o cosθ_i): what the reflection and transmission lobes share.
     #[inline]
     pub fn dg(&self, wo: Vec3, wi: Vec3, m: Vec3) -> f32 {
-        let (o, i) = (self.g1_over_cos(wo, m), self.g1_over_cos(wi, m));
+        self.d(m) * self.shadowing(wo, wi, self.g1_over_cos(wo, m), self.g1_over_cos(wi, m))
+    }
+
+    /// G/(cosθ_o cosθ_i), from G1/cos of both.
+    #[inline]
+    fn shadowing(&self, wo: Vec3, wi: Vec3, o: f32, i: f32) -> f32 {
         if o * i <= 0.0 {
-            return 0.0;
+            0.0
+        } else if self.ndf == Ndf::GgxCorrelated {
+            correlated(wo, wi, o, i)
+        } else {
+            o * i
         }
-        self.d(m) * if self.ndf == Ndf::GgxCorrelated { correlated(wo, wi, o, i) } else { o * i }
+    }
+
+    /// [`Microfacets::dg`], and [`Microfacets::pdf`] over |wo·m|, which share D and the masking of `wo`; `wo` on either side.
+    #[inline]
+    pub fn dg_pdf(&self, wo: Vec3, wi: Vec3, m: Vec3) -> (f32, f32) {
+        let (d, o) = (self.d(m), self.g1_over_cos(wo, m));
+        let pdf = match self.ndf {
+            _ if o <= 0.0 => 0.0,
+            _ if !self.visible => d * m.z.max(0.0) / wo.dot(m).abs(),
+            Ndf::Ggx | Ndf::GgxCorrelated => d * o,
+            Ndf::Beckmann => d * beckmann::g1_over_cos(wo.z.abs(), self.projected_alpha(wo)),
+        };
+        (d * self.shadowing(wo, wi, o, self.g1_over_cos(wi, m)), pdf)
     }
 
     /// G(wo, wi, m)/G1(wo, m): what is left of light that met the visible facet m.
@@ -193,7 +214,7 @@ fn correlated(wo: Vec3, wi: Vec3, o: f32, i: f32) -> f32 {
 #[inline]
 fn spherical_cap(v: Vec3, u: Vec2) -> Vec3 {
     let z = (1.0 - u.y) * (1.0 + v.z) - v.z;
-    let (sin, cos) = sin_cos(TAU * u.x);
+    let (sin, cos) = sin_cos_near(TAU * u.x);
     let r = safe_sqrt(1.0 - z * z);
     v + Vec3::new(r * cos, r * sin, z)
 }

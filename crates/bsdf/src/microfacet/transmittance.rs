@@ -54,13 +54,16 @@ impl RoughTransmittance {
     /// T(μ) in [0, 1] for μ in [0, 1].
     #[inline]
     pub fn at(&self, mu: f32) -> f32 {
-        // Clenshaw's recurrence in x = 2√μ - 1.
-        let x2 = 4.0 * mu.max(0.0).sqrt() - 2.0;
-        let (mut b1, mut b2) = (0.0, 0.0);
-        for c in self.chebyshev[1..].iter().rev() {
-            (b1, b2) = (f32::from(*c) + x2 * b1 - b2, b1);
+        // Clenshaw's recurrence in x = 2√μ - 1, for even and odd terms apart, side by side: T_2k(x) = T_k(y) and T_2k+1(x) = x V_k(y),
+        // y = 2x² - 1, V_0 = 1, V_1 = 2y - 1 and both by the same recurrence.
+        let x = 2.0 * mu.max(0.0).sqrt() - 1.0;
+        let y2 = 4.0 * x * x - 2.0;
+        let ([mut e0, mut e1], [mut o0, mut o1]) = ([0.0; 2], [0.0; 2]);
+        for c in self.chebyshev.chunks_exact(2).rev() {
+            (e0, e1) = ((f32::from(c[0]) - e1) + y2 * e0, e0);
+            (o0, o1) = ((f32::from(c[1]) - o1) + y2 * o0, o0);
         }
-        ((f32::from(self.chebyshev[0]) + 0.5 * x2 * b1 - b2) * (1.0 / SCALE)).clamp(0.0, 1.0)
+        ((e0 - 0.5 * y2 * e1 + x * (o0 - o1)) * (1.0 / SCALE)).clamp(0.0, 1.0)
     }
 
     /// The reflectance for diffuse light from inside, in [0, 1).
