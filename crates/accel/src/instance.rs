@@ -20,7 +20,7 @@ pub(crate) struct Instance {
     /// The caller's number.
     pub id: u32,
     /// From the outer space to the tree's own.
-    inverse: DAffine3,
+    pub inverse: DAffine3,
 }
 
 impl Instance {

@@ -193,3 +193,57 @@ fn ten_thousand_instances() {
     }
     assert_eq!(accel.path(), Path::best());
 }
+
+/// Rays that stay together, from an eye and towards a lamp, hit what each hits alone: triangles, custom shapes two of which stand in the same place,
+/// instances of both, and some of the rays along an axis, short or none at all.
+#[test]
+fn rays_that_stay_together_hit_what_each_hits_alone() {
+    let mut random = Random::new(7);
+    let spheres =
+        Spheres((0..60).map(|i| if i % 2 == 0 { (random.cube(), 0.2 * random.unit()) } else { (Vec3::ZERO, 0.3) }).collect());
+    let scene = |random: &mut Random, triangles: usize, children: &[Arc<Accel>]| {
+        let mesh = soup(triangles, random);
+        let mut builder = Builder::new();
+        builder.add_mesh(mesh.view(1000));
+        for (i, s) in spheres.0.iter().enumerate() {
+            builder.add_custom(i as u32, sphere_bounds(s));
+        }
+        for (i, child) in children.iter().enumerate() {
+            let tree = builder.add_tree(child.clone());
+            for k in 0..4 {
+                builder.add_instance(tree, &random_transform(random), (4 * i + k) as u32);
+            }
+        }
+        builder.build(&BuildOptions::default()).expect("builds")
+    };
+    let children: Vec<_> = [30, 2000].iter().map(|n| Arc::new(scene(&mut random, *n, &[]))).collect();
+    let (mut hit, mut instanced) = (0, 0);
+    for triangles in [100, 3000] {
+        let accels = every_path(&scene(&mut random, triangles, &children));
+        for view in 0..24 {
+            let (eye, towards, width) = (2.0 * random.cube(), random.direction(), 0.3 * random.unit());
+            let rays: Vec<Ray> = (0..100)
+                .map(|i| {
+                    let o = if i % 37 == 0 { Vec3::splat(f32::NAN) } else { eye };
+                    let d = if i % 29 == 0 { Vec3::Y } else { towards + width * random.cube() };
+                    let end = if i % 5 == 0 { random.unit() } else { f32::INFINITY };
+                    // Every other view is a lamp's: the rays end there, and begin next to each other.
+                    if view % 2 == 0 { Ray::new(o, d).until(end) } else { Ray::new(eye + 0.05 * random.cube() - d, d).until(1.0) }
+                })
+                .collect();
+            for accel in &accels {
+                let (mut hits, mut occluded) = (Vec::new(), Vec::new());
+                accel.closest_each(&rays, &spheres, &mut hits);
+                accel.occluded_each(&rays, &spheres, &mut occluded);
+                for ((ray, each), occluded) in rays.iter().zip(hits).zip(occluded) {
+                    let alone = accels[0].closest(ray, &spheres);
+                    assert_eq!(bits(each), bits(alone), "{:?}: {ray:?}", accel.path());
+                    assert_eq!(occluded, alone.is_some(), "any-hit, {:?}: {ray:?}", accel.path());
+                    hit += usize::from(each.is_some());
+                    instanced += usize::from(each.is_some_and(|hit| hit.instance != Hit::NO_INSTANCE));
+                }
+            }
+        }
+    }
+    assert!(hit > 2000 && instanced > 500, "{hit} {instanced}");
+}

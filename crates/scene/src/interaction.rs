@@ -61,6 +61,7 @@ impl Interaction {
     }
 
     /// The same point of an instance: `self` in the group's coordinates, moved to the world. `wo` is left to the caller.
+    #[inline(always)]
     pub(crate) fn moved(self, to_world: &Transform) -> Self {
         let p = to_world.point_f64(self.p.as_dvec3()).as_vec3();
         let ns = to_world.normal(self.shading.n).normalize();

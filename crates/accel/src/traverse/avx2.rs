@@ -5,9 +5,9 @@
 
 use super::plain::{Plain, TINY};
 use super::setup::Setup;
-use super::{Kernel, LaneHit, Nearest};
+use super::{Kernel, LaneHit, Nearest, Start};
+use crate::CustomShapes;
 use crate::layout::{Child, Node, WIDTH};
-use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 use std::arch::x86_64::*;
 
@@ -31,8 +31,7 @@ struct Candidates {
 impl Avx2 {
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    fn prepare(ray: &Ray) -> Self {
-        let setup = Setup::new(ray);
+    pub fn prepared(setup: Setup) -> Self {
         let splat = |x: [f32; 3]| [_mm256_set1_ps(x[0]), _mm256_set1_ps(x[1]), _mm256_set1_ps(x[2])];
         Self { o: splat(setup.o), near: splat(setup.near), far: splat(setup.far), setup }
     }
@@ -179,12 +178,31 @@ impl Avx2 {
     }
 }
 
+/// [`Kernel::closest`] of a ray that was prepared elsewhere.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2")]
+pub(super) fn closest<S: CustomShapes>(
+    setup: Setup,
+    start: Start<'_>,
+    ray: &Ray,
+    shapes: &S,
+    instance: u32,
+    nearest: &mut Nearest,
+) {
+    super::closest_in(Avx2::prepared(setup), start, ray, shapes, instance, nearest);
+}
+
+/// [`Kernel::occluded`] of a ray that was prepared elsewhere.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2")]
+pub(super) fn occluded<S: CustomShapes>(setup: Setup, start: Start<'_>, ray: &Ray, shapes: &S) -> bool {
+    super::occluded_in(Avx2::prepared(setup), start, ray, shapes, &mut None)
+}
+
 // SAFETY of all calls below: this kernel is only used where `Path::best` found its features.
 impl Kernel for Avx2 {
     #[inline(always)]
     fn new(ray: &Ray) -> Self {
         // SAFETY: see above.
-        unsafe { Self::prepare(ray) }
+        unsafe { Self::prepared(Setup::new(ray)) }
     }
 
     #[inline(always)]
@@ -205,21 +223,21 @@ impl Kernel for Avx2 {
         unsafe { self.any_of(corners, count, t_max) }
     }
 
-    fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
+    fn closest<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
-        fn compiled<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
-            super::closest_in::<Avx2, S>(accel, ray, shapes, instance, nearest);
+        fn compiled<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
+            super::closest_in(Avx2::new(ray), start, ray, shapes, instance, nearest);
         }
         // SAFETY: see above.
-        unsafe { compiled(accel, ray, shapes, instance, nearest) }
+        unsafe { compiled(start, ray, shapes, instance, nearest) }
     }
 
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+    fn occluded<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
-        fn compiled<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
-            super::occluded_in::<Avx2, S>(accel, ray, shapes, last)
+        fn compiled<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+            super::occluded_in(Avx2::new(ray), start, ray, shapes, last)
         }
         // SAFETY: see above.
-        unsafe { compiled(accel, ray, shapes, last) }
+        unsafe { compiled(start, ray, shapes, last) }
     }
 }

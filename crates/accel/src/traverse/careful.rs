@@ -2,9 +2,9 @@
 //!
 //! It is slow and rarely asked. Its hits are those of the plain kernel up to rounding.
 
-use super::{Kernel, LaneHit, Nearest};
+use super::{Kernel, LaneHit, Nearest, Start};
+use crate::CustomShapes;
 use crate::layout::{Child, Node, WIDTH};
-use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 
 pub(super) struct Careful {
@@ -86,12 +86,12 @@ impl Kernel for Careful {
     }
 
     #[cold]
-    fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
-        super::closest_in::<Self, S>(accel, ray, shapes, instance, nearest);
+    fn closest<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
+        super::closest_in(Self::new(ray), start, ray, shapes, instance, nearest);
     }
 
     #[cold]
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
-        super::occluded_in::<Self, S>(accel, ray, shapes, last)
+    fn occluded<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+        super::occluded_in(Self::new(ray), start, ray, shapes, last)
     }
 }

@@ -11,6 +11,8 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod careful;
+#[cfg(target_arch = "x86_64")]
+mod coherent;
 mod order;
 #[cfg(target_arch = "x86_64")]
 mod packet;
@@ -60,6 +62,16 @@ impl Nearest {
     }
 }
 
+impl Nearest {
+    /// Takes over a hit on a triangle if it comes before.
+    #[inline(always)]
+    fn hear(&mut self, t: f32, u: f32, v: f32, instance: u32, item: u32) {
+        if self.is_beaten_by(t, instance, item) {
+            *self = Self { t, u, v, instance, item, primitive: 0, is_hit: true };
+        }
+    }
+}
+
 /// A hit among the triangles of one leaf: the nearest, of equals the one in the lowest lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct LaneHit {
@@ -67,6 +79,21 @@ struct LaneHit {
     u: f32,
     v: f32,
     lane: usize,
+}
+
+/// Where a ray begins: a subtree.
+#[derive(Clone, Copy)]
+struct Start<'a> {
+    accel: &'a Accel,
+    child: Child,
+}
+
+impl<'a> Start<'a> {
+    /// All of a tree; `None` where it is empty.
+    #[inline(always)]
+    fn all(accel: &'a Accel) -> Option<Self> {
+        Some(Self { accel, child: accel.tree.root? })
+    }
 }
 
 /// Eight boxes, or up to eight triangles, against one ray that has been prepared.
@@ -90,10 +117,10 @@ trait Kernel: Sized {
     unsafe fn any(&self, corners: *const f32, count: usize, t_max: f32) -> bool;
 
     /// [`closest_in`], compiled for this kernel's instructions.
-    fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest);
+    fn closest<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest);
 
     /// [`occluded_in`], compiled for this kernel's instructions.
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool;
+    fn occluded<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool;
 }
 
 /// How rays are cast. All give the same hits; the choice is there for tests and measurements.
@@ -185,6 +212,23 @@ pub(crate) fn closest_each<S: CustomShapes>(
         });
         return;
     }
+    #[cfg(target_arch = "x86_64")]
+    if accel.path.has_packets() && accel.ordinary {
+        order::by_kind(rays, packet::RAYS, |kind, these| match kind {
+            Some(kind) if coherent::stay_together(accel, rays, these) => {
+                // SAFETY: the path tells that the instructions are there.
+                let packet = unsafe { coherent::closest(accel, kind, rays, these, shapes) };
+                for (lane, i) in these.iter().enumerate() {
+                    match packet.of(lane) {
+                        Some(nearest) => found(*i as usize, nearest),
+                        None => found(*i as usize, closest(accel, &rays[*i as usize], shapes)),
+                    }
+                }
+            }
+            _ => these.iter().for_each(|i| found(*i as usize, closest(accel, &rays[*i as usize], shapes))),
+        });
+        return;
+    }
     order::by_kind(rays, rays.len().max(1), |_, these| {
         these.iter().for_each(|i| found(*i as usize, closest(accel, &rays[*i as usize], shapes)));
     });
@@ -212,6 +256,26 @@ pub(crate) fn occluded_each<S: CustomShapes>(accel: &Accel, rays: &[Ray], shapes
     }
     // What stopped one ray may well stop the next.
     let mut last = None;
+    #[cfg(target_arch = "x86_64")]
+    if accel.path.has_packets() && accel.ordinary {
+        order::by_kind(rays, packet::RAYS, |kind, these| match kind {
+            Some(kind) if coherent::stay_together(accel, rays, these) => {
+                // SAFETY: the path tells that the instructions are there.
+                let (hit, again) = unsafe { coherent::occluded(accel, kind, rays, these, shapes, &mut last) };
+                for (lane, i) in these.iter().enumerate() {
+                    let i = *i as usize;
+                    if hit >> lane & 1 != 0 || again >> lane & 1 != 0 && occluded(accel, &rays[i], shapes) {
+                        found(i);
+                    }
+                }
+            }
+            _ => {
+                let is_stopped = |i: &usize| enter_occluded(accel, &rays[*i], shapes, accel.path, &mut last);
+                these.iter().map(|i| *i as usize).filter(is_stopped).for_each(&mut found);
+            }
+        });
+        return;
+    }
     order::by_kind(rays, rays.len().max(1), |_, these| {
         let is_stopped = |i: &usize| enter_occluded(accel, &rays[*i], shapes, accel.path, &mut last);
         these.iter().map(|i| *i as usize).filter(is_stopped).for_each(&mut found);
@@ -226,38 +290,46 @@ fn for_packets(accel: &Accel) -> Option<&Tree> {
 
 #[inline(always)]
 fn enter_closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest, path: Path) {
+    let Some(all) = Start::all(accel) else { return };
     if !(accel.ordinary && setup::is_ordinary(ray)) {
         if setup::is_sound(ray) {
-            careful::Careful::closest(accel, ray, shapes, instance, nearest);
+            careful::Careful::closest(all, ray, shapes, instance, nearest);
         }
         return;
     }
     match path {
         #[cfg(target_arch = "x86_64")]
-        Path::Avx2 | Path::Avx512 => avx2::Avx2::closest(accel, ray, shapes, instance, nearest),
-        _ => plain::Plain::closest(accel, ray, shapes, instance, nearest),
+        Path::Avx2 | Path::Avx512 => avx2::Avx2::closest(all, ray, shapes, instance, nearest),
+        _ => plain::Plain::closest(all, ray, shapes, instance, nearest),
     }
 }
 
 #[inline(always)]
 fn enter_occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, path: Path, last: &mut Option<Child>) -> bool {
+    let Some(all) = Start::all(accel) else { return false };
     if !(accel.ordinary && setup::is_ordinary(ray)) {
-        return setup::is_sound(ray) && careful::Careful::occluded(accel, ray, shapes, last);
+        return setup::is_sound(ray) && careful::Careful::occluded(all, ray, shapes, last);
     }
     match path {
         #[cfg(target_arch = "x86_64")]
-        Path::Avx2 | Path::Avx512 => avx2::Avx2::occluded(accel, ray, shapes, last),
-        _ => plain::Plain::occluded(accel, ray, shapes, last),
+        Path::Avx2 | Path::Avx512 => avx2::Avx2::occluded(all, ray, shapes, last),
+        _ => plain::Plain::occluded(all, ray, shapes, last),
     }
 }
 
 /// Walks one tree front to back, keeping the nearest hit.
 #[inline(always)]
-fn closest_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
+fn closest_in<K: Kernel, S: CustomShapes>(
+    kernel: K,
+    start: Start<'_>,
+    ray: &Ray,
+    shapes: &S,
+    instance: u32,
+    nearest: &mut Nearest,
+) {
+    let Start { accel, child: mut current } = start;
     let tree = &accel.tree;
-    let Some(mut current) = tree.root else { return };
-    let kernel = K::new(ray);
-    let mut stack = Stack::<STACK>::new();
+    let mut stack = Stack::<u64, STACK>::new();
     loop {
         if current.is_node() {
             // SAFETY: the build numbers nodes below nodes.len().
@@ -292,10 +364,7 @@ fn closest_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, 
             // SAFETY: the build makes leaves of `count` triangles from reference `first` on, and pads the end.
             let hit = unsafe { kernel.nearest(tree.corners.as_ptr().add(first * ROWS), count, nearest.t) };
             if let Some(hit) = hit {
-                let item = tree.items[first + hit.lane];
-                if nearest.is_beaten_by(hit.t, instance, item) {
-                    *nearest = Nearest { t: hit.t, u: hit.u, v: hit.v, instance, item, primitive: 0, is_hit: true };
-                }
+                nearest.hear(hit.t, hit.u, hit.v, instance, tree.items[first + hit.lane]);
             }
         } else {
             closest_other::<K, S>(accel, current.index(), ray, shapes, instance, nearest);
@@ -312,14 +381,13 @@ fn closest_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, 
 
 /// Walks one tree until something is hit. `last` is the leaf of triangles that stopped the last ray: it is looked at first.
 #[inline(always)]
-fn occluded_in<K: Kernel, S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+fn occluded_in<K: Kernel, S: CustomShapes>(kernel: K, start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+    let Start { accel, child: mut current } = start;
     let tree = &accel.tree;
-    let Some(mut current) = tree.root else { return false };
-    let kernel = K::new(ray);
     if last.is_some_and(|leaf| stops(&kernel, tree, leaf, ray.t_max)) {
         return true;
     }
-    let mut stack = Stack::<STACK>::new();
+    let mut stack = Stack::<u64, STACK>::new();
     loop {
         if current.is_node() {
             // SAFETY: the build numbers nodes below nodes.len().
@@ -409,7 +477,9 @@ fn closest_other<K: Kernel, S: CustomShapes>(
 ) {
     match &accel.others[index] {
         Other::Custom { geometry } => {
-            let Some(hit) = shapes.intersect(*geometry, &ray.until(nearest.t)) else { return };
+            // What is as far as the nearest is heard as well, for its number may be the lower one.
+            let end = if nearest.is_hit { nearest.t.next_up() } else { nearest.t };
+            let Some(hit) = shapes.intersect(*geometry, &ray.until(end)) else { return };
             let item = accel.owners.total() + index as u32;
             if hit.t > 0.0 && nearest.is_beaten_by(hit.t, instance, item) {
                 *nearest = Nearest { t: hit.t, u: hit.u, v: hit.v, instance, item, primitive: hit.primitive, is_hit: true };
@@ -417,11 +487,11 @@ fn closest_other<K: Kernel, S: CustomShapes>(
         }
         Other::Instance(inner) => {
             let child = &accel.children[inner.tree as usize];
-            let local = inner.ray(ray);
+            let (Some(all), local) = (Start::all(child), inner.ray(ray)) else { return };
             if child.ordinary && setup::is_ordinary(&local) {
-                K::closest(child, &local, shapes, index as u32, nearest);
+                K::closest(all, &local, shapes, index as u32, nearest);
             } else if setup::is_sound(&local) {
-                careful::Careful::closest(child, &local, shapes, index as u32, nearest);
+                careful::Careful::closest(all, &local, shapes, index as u32, nearest);
             }
         }
     }
@@ -433,11 +503,11 @@ fn occluded_other<K: Kernel, S: CustomShapes>(accel: &Accel, index: usize, ray: 
         Other::Custom { geometry } => shapes.occludes(*geometry, ray),
         Other::Instance(inner) => {
             let child = &accel.children[inner.tree as usize];
-            let local = inner.ray(ray);
+            let (Some(all), local) = (Start::all(child), inner.ray(ray)) else { return false };
             if child.ordinary && setup::is_ordinary(&local) {
-                K::occluded(child, &local, shapes, &mut None)
+                K::occluded(all, &local, shapes, &mut None)
             } else {
-                setup::is_sound(&local) && careful::Careful::occluded(child, &local, shapes, &mut None)
+                setup::is_sound(&local) && careful::Careful::occluded(all, &local, shapes, &mut None)
             }
         }
     }

@@ -29,7 +29,7 @@ pub(super) fn by_kind(rays: &[Ray], most: usize, mut cast: impl FnMut(Option<usi
 
 /// The octant and the largest axis of a direction: that of `setup::largest_axis`.
 #[inline(always)]
-fn kind(ray: &Ray) -> u8 {
+pub(super) fn kind(ray: &Ray) -> u8 {
     const AXES: [u8; 8] = [2, 2, 2, 0, 1, 2, 1, 0];
     let [x, y, z] = ray.d.to_array();
     let (a, b, c) = (x.abs(), y.abs(), z.abs());

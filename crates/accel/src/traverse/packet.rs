@@ -10,9 +10,9 @@
 
 use super::MOST_NODES_OF_PACKETS;
 use super::plain::TINY;
-use super::setup::SLACK;
+use super::setup::{SLACK, Setup};
+use super::stack::Stack;
 use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
-use arrayvec::ArrayVec as Stack;
 use etendue_numerics::Ray;
 use std::arch::x86_64::*;
 
@@ -36,15 +36,27 @@ pub(super) struct Found {
 }
 
 /// Sixteen rays of one kind, prepared.
-struct Packet {
-    o: [__m512; 3],
-    near: [__m512; 3],
-    far: [__m512; 3],
-    t_max: __m512,
-    rows: [usize; 3],
+pub(super) struct Packet {
+    pub o: [__m512; 3],
+    pub d: [__m512; 3],
+    pub near: [__m512; 3],
+    pub far: [__m512; 3],
+    pub t_max: __m512,
+    pub rows: [usize; 3],
     axes: [usize; 3],
     shear: [__m512; 3],
-    lanes: __mmask16,
+    pub lanes: __mmask16,
+}
+
+/// Where lanes meet a triangle.
+pub(super) struct Meeting {
+    pub t: __m512,
+    pub u: __m512,
+    pub v: __m512,
+    /// Those that meet it ahead, up to their ends, which count.
+    pub lanes: __mmask16,
+    /// Those that must be cast singly to know.
+    pub again: __mmask16,
 }
 
 /// Corners of a triangle as the rays see it, and how they pass it.
@@ -59,36 +71,57 @@ struct Candidates {
 impl Packet {
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq,fma")]
-    fn new<'r>(kind: usize, rays: impl ExactSizeIterator<Item = &'r Ray>) -> Self {
+    pub fn new<'r>(kind: usize, rays: impl ExactSizeIterator<Item = &'r Ray>) -> Self {
         let lanes = ((1u32 << rays.len()) - 1) as __mmask16;
         let mut columns = [[0.0f32; RAYS]; 7];
         for (i, ray) in rays.enumerate().take(RAYS) {
-            let numbers = [ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z, ray.t_max];
-            columns.iter_mut().zip(numbers).for_each(|(column, x)| column[i] = x);
+            (columns[0][i], columns[1][i], columns[2][i]) = (ray.o.x, ray.o.y, ray.o.z);
+            (columns[3][i], columns[4][i], columns[5][i]) = (ray.d.x, ray.d.y, ray.d.z);
+            columns[6][i] = ray.t_max;
         }
         // SAFETY: sixteen floats stand there.
         let column = |c: usize| unsafe { _mm512_loadu_ps(columns[c].as_ptr()) };
-        let d = [column(3), column(4), column(5)];
-        let inverse = [0, 1, 2].map(|a| _mm512_div_ps(_mm512_set1_ps(1.0), d[a]));
+        let (o, d) = ([column(0), column(1), column(2)], [column(3), column(4), column(5)]);
+        Self::of(kind, o, d, column(6), lanes)
+    }
+
+    /// The rays that leave `o` towards `d`, `lanes` of them of one kind.
+    #[inline]
+    #[target_feature(enable = "avx512f,avx512dq,fma")]
+    pub fn of(kind: usize, o: [__m512; 3], d: [__m512; 3], t_max: __m512, lanes: __mmask16) -> Self {
+        let over = |a: usize| _mm512_div_ps(_mm512_set1_ps(1.0), d[a]);
+        let inverse = [over(0), over(1), over(2)];
         let z = kind % 3;
         let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
-        let scaled = |by: f32| [0, 1, 2].map(|a| _mm512_mul_ps(inverse[a], _mm512_set1_ps(by)));
+        let scaled = |by: f32| {
+            let by = _mm512_set1_ps(by);
+            [_mm512_mul_ps(inverse[0], by), _mm512_mul_ps(inverse[1], by), _mm512_mul_ps(inverse[2], by)]
+        };
+        let row = |a: usize| 2 * a + (((kind / 3) >> a) & 1);
         Self {
-            o: [column(0), column(1), column(2)],
+            o,
+            d,
             near: scaled(1.0 - SLACK),
             far: scaled(1.0 + SLACK),
-            t_max: column(6),
-            rows: [0, 1, 2].map(|a| 2 * a + (((kind / 3) >> a) & 1)),
+            t_max,
+            rows: [row(0), row(1), row(2)],
             axes: [x, y, z],
             shear: [_mm512_mul_ps(d[x], inverse[z]), _mm512_mul_ps(d[y], inverse[z]), inverse[z]],
             lanes,
         }
     }
 
+    /// A ray of the packet, prepared as [`Setup::new`] does.
+    #[inline]
+    pub fn setup(&self, lane: usize) -> Setup {
+        let of = |x: &[__m512; 3]| [at(&x[0], lane), at(&x[1], lane), at(&x[2], lane)];
+        Setup { o: of(&self.o), near: of(&self.near), far: of(&self.far), rows: self.rows, axes: self.axes, shear: of(&self.shear) }
+    }
+
     /// Where the rays enter the box of child `i`, and which of `lanes` do within [0, `best`].
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq,fma")]
-    fn meet(&self, node: &Node, i: usize, best: __m512, lanes: __mmask16) -> (__m512, __mmask16) {
+    pub fn meet(&self, node: &Node, i: usize, best: __m512, lanes: __mmask16) -> (__m512, __mmask16) {
         let plane = |row: usize, a: usize| _mm512_sub_ps(_mm512_set1_ps(node.rows[row][i]), self.o[a]);
         let near = |a: usize| _mm512_mul_ps(plane(self.rows[a], a), self.near[a]);
         let far = |a: usize| _mm512_mul_ps(plane(self.rows[a] ^ 1, a), self.far[a]);
@@ -170,6 +203,49 @@ impl Packet {
     }
 }
 
+impl Packet {
+    /// Where `lanes` meet triangle `k` of a leaf's `count`, up to `best`; `None` where none does.
+    #[inline]
+    #[target_feature(enable = "avx512f,avx512dq,fma")]
+    pub fn meeting(&self, corners: &[f32], k: usize, count: usize, best: __m512, lanes: __mmask16) -> Option<Meeting> {
+        debug_assert!(k < count && corners.len() >= count * ROWS);
+        // SAFETY: nine rows of `count` floats stand there, and k < count.
+        let (mut candidates, at) = unsafe {
+            let at = corners.as_ptr().add(k);
+            (self.pierced(at, count, lanes), at)
+        };
+        if candidates.lanes == 0 {
+            return None;
+        }
+        candidates.lanes = self.in_reach(&candidates, best);
+        if candidates.lanes == 0 {
+            return None;
+        }
+        // SAFETY: as above.
+        let ([t, u, v], again) = unsafe { self.divide(at, count, &candidates) };
+        let ahead = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(candidates.lanes & !again, t, _mm512_setzero_ps());
+        Some(Meeting { t, u, v, lanes: ahead, again })
+    }
+
+    /// Which of `lanes` a leaf's triangles do not stop; notes those that must be cast singly to know.
+    #[inline]
+    #[target_feature(enable = "avx512f,avx512dq,fma")]
+    pub fn past(&self, tree: &Tree, leaf: Child, mut lanes: __mmask16, again: &mut __mmask16) -> __mmask16 {
+        let (start, count) = leaf.run();
+        let corners = &tree.corners[start * ROWS..][..count * ROWS];
+        for k in 0..count {
+            if let Some(meeting) = self.meeting(corners, k, count, self.t_max, lanes) {
+                *again |= meeting.again;
+                lanes &= !_mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(meeting.lanes, meeting.t, self.t_max);
+                if lanes == 0 {
+                    break;
+                }
+            }
+        }
+        lanes
+    }
+}
+
 /// A child that waits, and where the rays enter it.
 #[derive(Clone, Copy)]
 struct Waiting {
@@ -189,7 +265,9 @@ pub(super) fn closest<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterator
     let (mut hit, mut again): (__mmask16, __mmask16) = (0, 0);
 
     let mut stack = Stack::<Waiting, STACK>::new();
-    stack.extend(tree.root.map(|child| Waiting { enters: _mm512_setzero_ps(), first: 0.0, child, lanes: packet.lanes }));
+    if let Some(child) = tree.root {
+        stack.push(Waiting { enters: _mm512_setzero_ps(), first: 0.0, child, lanes: packet.lanes });
+    }
     while let Some(Waiting { enters, child, lanes, .. }) = stack.pop() {
         let lanes = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(lanes, enters, best);
         if lanes == 0 {
@@ -202,12 +280,8 @@ pub(super) fn closest<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterator
             for i in 0..children(node) {
                 let (enters, lanes) = packet.meet(node, i, best, lanes);
                 if lanes != 0 {
-                    stack.push(Waiting { enters, first: lane(enters, first), child: node.children[i], lanes });
-                    let mut place = stack.len() - 1;
-                    while place > bottom && stack[place - 1].first < stack[place].first {
-                        stack.swap(place - 1, place);
-                        place -= 1;
-                    }
+                    let first = lane(enters, first);
+                    stack.push_above(bottom, Waiting { enters, first, child: node.children[i], lanes }, |w| w.first >= first);
                 }
             }
             continue;
@@ -215,22 +289,11 @@ pub(super) fn closest<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterator
         let (start, count) = child.run();
         let corners = &tree.corners[start * ROWS..][..count * ROWS];
         for k in 0..count {
-            // SAFETY: nine rows of `count` floats stand there, and k < count.
-            let (mut candidates, at) = unsafe {
-                let at = corners.as_ptr().add(k);
-                (packet.pierced(at, count, lanes), at)
+            let Some(Meeting { t, u: tu, v: tv, lanes: ahead, again: unsure }) = packet.meeting(corners, k, count, best, lanes)
+            else {
+                continue;
             };
-            if candidates.lanes == 0 {
-                continue;
-            }
-            candidates.lanes = packet.in_reach(&candidates, best);
-            if candidates.lanes == 0 {
-                continue;
-            }
-            // SAFETY: as above.
-            let ([t, tu, tv], tiny) = unsafe { packet.divide(at, count, &candidates) };
-            again |= tiny;
-            let ahead = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(candidates.lanes & !tiny, t, _mm512_setzero_ps());
+            again |= unsure;
             let number = _mm512_set1_epi32(tree.items[start + k] as i32);
             let nearer = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(ahead, t, best);
             let equal = _mm512_mask_cmp_ps_mask::<_CMP_EQ_OQ>(ahead & hit, t, best);
@@ -260,9 +323,11 @@ pub(super) fn occluded<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterato
     let packet = Packet::new(kind, rays);
     let (mut open, mut again) = (packet.lanes, 0);
     let mut stack = Stack::<_, STACK>::new();
-    stack.extend(tree.root.map(|child| (child, packet.lanes)));
+    if let Some(child) = tree.root {
+        stack.push((child, packet.lanes));
+    }
     while let Some((child, lanes)) = stack.pop() {
-        let mut lanes = lanes & open;
+        let lanes = lanes & open;
         if lanes == 0 {
             continue;
         }
@@ -277,29 +342,7 @@ pub(super) fn occluded<'r>(tree: &Tree, kind: usize, rays: impl ExactSizeIterato
             }
             continue;
         }
-        let (start, count) = child.run();
-        let corners = &tree.corners[start * ROWS..][..count * ROWS];
-        for k in 0..count {
-            // SAFETY: nine rows of `count` floats stand there, and k < count.
-            let (mut candidates, at) = unsafe {
-                let at = corners.as_ptr().add(k);
-                (packet.pierced(at, count, lanes), at)
-            };
-            if candidates.lanes == 0 {
-                continue;
-            }
-            candidates.lanes = packet.in_reach(&candidates, packet.t_max);
-            if candidates.lanes == 0 {
-                continue;
-            }
-            // SAFETY: as above.
-            let ([t, ..], tiny) = unsafe { packet.divide(at, count, &candidates) };
-            again |= tiny;
-            let ahead = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(candidates.lanes & !tiny, t, _mm512_setzero_ps());
-            let stopped = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(ahead, t, packet.t_max);
-            open &= !stopped;
-            lanes &= !stopped;
-        }
+        open &= !lanes | packet.past(tree, child, lanes, &mut again);
     }
     let stopped = packet.lanes & !open;
     (stopped, again & !stopped)
@@ -316,4 +359,12 @@ fn children(node: &Node) -> usize {
 #[target_feature(enable = "avx512f")]
 fn lane(x: __m512, i: u32) -> f32 {
     _mm512_cvtss_f32(_mm512_maskz_compress_ps(1 << i, x))
+}
+
+/// The same where the vector stands in memory.
+#[inline(always)]
+pub(super) fn at(x: &__m512, i: usize) -> f32 {
+    // SAFETY: a vector is sixteen floats.
+    let x: &[f32; RAYS] = unsafe { &*std::ptr::from_ref(x).cast() };
+    x[i & (RAYS - 1)]
 }

@@ -17,9 +17,9 @@
 //! edge-on. Fused multiply-adds are welcome here, and called by name.
 
 use super::setup::Setup;
-use super::{Kernel, LaneHit, Nearest};
+use super::{Kernel, LaneHit, Nearest, Start};
+use crate::CustomShapes;
 use crate::layout::{Child, Node, WIDTH};
-use crate::{Accel, CustomShapes};
 use etendue_numerics::Ray;
 
 /// Below this, a sum U + V + W may have lost digits to underflow: the triangle is looked at again in f64.
@@ -145,11 +145,11 @@ impl Kernel for Plain {
         (0..count).any(|lane| unsafe { self.triangle(corners, count, lane) }.is_some_and(|[t, ..]| t > 0.0 && t < t_max))
     }
 
-    fn closest<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
-        super::closest_in::<Self, S>(accel, ray, shapes, instance, nearest);
+    fn closest<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
+        super::closest_in(Self::new(ray), start, ray, shapes, instance, nearest);
     }
 
-    fn occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
-        super::occluded_in::<Self, S>(accel, ray, shapes, last)
+    fn occluded<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+        super::occluded_in(Self::new(ray), start, ray, shapes, last)
     }
 }

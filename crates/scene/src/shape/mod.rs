@@ -205,7 +205,17 @@ impl Shape {
     }
 
     /// The surface at a hit that was seen through an instance.
+    #[inline(always)] // as a return value it would go through memory
     pub fn interaction_through(&self, to_world: &Transform, ray: &Ray, hit: &Hit) -> Interaction {
+        match self {
+            // Where a triangle is met depends on the ray by its hit alone.
+            Self::Mesh(mesh) => Interaction { wo: -ray.d, ..mesh.interaction(ray, hit).moved(to_world) },
+            _ => self.other_through(to_world, ray, hit),
+        }
+    }
+
+    #[inline(never)]
+    fn other_through(&self, to_world: &Transform, ray: &Ray, hit: &Hit) -> Interaction {
         let local = Ray { o: to_world.inverse_point(ray.o), d: to_world.inverse_vector(ray.d), ..*ray };
         Interaction { wo: -ray.d, ..self.interaction(&local, hit).moved(to_world) }
     }

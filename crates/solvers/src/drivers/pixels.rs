@@ -253,7 +253,7 @@ fn fill<'a>(
         tile.begin(low, high);
         let mut tracked = work.replicates.map(|r| r.lock().unwrap_or_else(PoisonError::into_inner));
         for (pixel, k) in tiling.pixels(index).zip(&mut next) {
-            let i = order.get(k).copied().unwrap_or(k);
+            let i = order[k];
             let l = crowd.walks[i].seen();
             tile.add(positions[i], l, plan.pass);
             if let Some(sums) = tracked.as_mut().filter(|sums| sums.has_pixels())
@@ -309,12 +309,15 @@ pub(super) fn set_out<'a, T>(
     }
 }
 
+/// Edge of the squares of pixels whose walks stand side by side where each is alone: as many as go through a tree in a packet.
+const TOGETHER: u32 = 4;
+
 /// The pixels of some tiles, those beyond them that belong to their blocks included. Four blocks are mingled in a square of twice their edge
 /// ([`SamplePlan::together`]), lest the errors that a block has in common be seen as a block.
 struct Places {
     /// In pixels of the whole film, block by block; each with the place whose numbers it takes.
     pixels: Vec<([u32; 2], [u32; 2])>,
-    /// For each pixel of the tiles, row by row, its place among those; nothing where they are the same.
+    /// For each pixel of the tiles, row by row, its place among those.
     order: Vec<usize>,
     /// Where blocks end.
     ends: Vec<u32>,
@@ -326,13 +329,22 @@ impl Places {
         let [left, top] = film.crop_offset;
         let (mut blocks, mut turns): ([Vec<_>; 4], _) = (Default::default(), vec![0; edge as usize]);
         for tile in tiles {
-            if edge == 1 {
-                all.pixels.extend(tiling.pixels(tile).map(|[x, y]| [x + left, y + top]).map(|pixel| (pixel, pixel)));
-                continue;
-            }
             let (low, high) = tiling.rectangle(tile);
             let (first, width) = (all.order.len(), high[0] - low[0]);
             all.order.resize(first + (width * (high[1] - low[1])) as usize, 0);
+            if edge == 1 {
+                // Sixteen rays next to each other in both directions stay together for longest.
+                for [x0, y0, x1, y1] in tiling.squares(tile, TOGETHER, film) {
+                    let (x0, x1) = (x0.max(low[0] + left), x1.min(high[0] + left));
+                    for y in y0.max(low[1] + top)..y1.min(high[1] + top) {
+                        for x in x0..x1 {
+                            all.order[first + ((y - top - low[1]) * width + x - left - low[0]) as usize] = all.pixels.len();
+                            all.pixels.push(([x, y], [x, y]));
+                        }
+                    }
+                }
+                continue;
+            }
             for [left, top, right, bottom] in tiling.squares(tile, 2 * edge, film) {
                 blocks.iter_mut().for_each(Vec::clear);
                 for y in top..bottom {
