@@ -197,7 +197,7 @@ fn powf_special(x: f32, y: f32) -> f32 {
 }
 
 /// The angle of (x, y) in [-π, π].
-#[inline]
+#[inline(always)] // so that loops over lanes become vectors
 pub fn atan2(y: f32, x: f32) -> f32 {
     let (ax, ay) = (f64::from(x.abs()), f64::from(y.abs()));
     let steep = ay > ax;
@@ -211,7 +211,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
 }
 
 /// arctan t for t in [0, 1].
-#[inline]
+#[inline(always)]
 fn atan_f64(t: f64) -> f64 {
     let z = t * t;
     let z2 = z * z;
@@ -225,7 +225,7 @@ fn atan_f64(t: f64) -> f64 {
 }
 
 /// arcsin x for x in [0, ½].
-#[inline]
+#[inline(always)]
 fn asin_f64(x: f64) -> f64 {
     let z = x * x;
     let z2 = z * z;
@@ -237,11 +237,14 @@ fn asin_f64(x: f64) -> f64 {
 }
 
 /// arccos x of x clamped to [-1, 1], in [0, π].
-#[inline]
+#[inline(always)] // so that loops over lanes become vectors
 pub fn safe_acos(x: f32) -> f32 {
     let x = f64::from(x.clamp(-1.0, 1.0));
     let a = x.abs();
-    let angle = if a > 0.5 { 2.0 * asin_f64((0.5 - 0.5 * a).sqrt()) } else { FRAC_PI_2 - asin_f64(a) };
+    // One polynomial for both halves.
+    let near_one = a > 0.5;
+    let asin = asin_f64(if near_one { (0.5 - 0.5 * a).sqrt() } else { a });
+    let angle = if near_one { 2.0 * asin } else { FRAC_PI_2 - asin };
     (if x < 0.0 { PI - angle } else { angle }) as f32
 }
 

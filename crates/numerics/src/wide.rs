@@ -14,6 +14,12 @@
 /// Lanes are counted in multiples of this: what lies beyond the last one in use is computed and forgotten.
 pub const PAD: usize = 16;
 
+/// Lanes to be worked on where `count` of N are in use: whole vectors.
+#[inline(always)]
+pub fn padded<const N: usize>(count: usize) -> usize {
+    count.next_multiple_of(PAD).min(N)
+}
+
 /// A loop over lanes.
 pub trait Job {
     /// What it gives back.

@@ -1,7 +1,7 @@
 //! Tables against their densities and their inverses, with zeros, lopsided weights and u at the ends.
 
 use etendue_check::{ChiSquareTest, Interval, Square, integrate_square, rng};
-use etendue_numerics::table::{Bilinear2D, Sheets, Table1D, Table2D, Warp, sample_linear};
+use etendue_numerics::table::{Bilinear2D, Cells, Sheets, Table1D, Table2D, Warp, sample_linear};
 use etendue_numerics::{Vec2, math::ONE_MINUS_EPSILON};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -120,6 +120,30 @@ fn large_tables_are_searched_right() {
         let walked: f32 = table.invert((i as f32 + 0.5) / f.len() as f32);
         assert!(p > 0.0 && f[i] > 0.0 && (0.0..1.0).contains(&rest), "{u} {i}");
         assert!((walked - u).abs() <= 0.5 * p + 1e-6, "{u} {i} {walked} {p}");
+    }
+}
+
+/// Draws of many at once are those of each alone; cells of zero, long runs of them, and rows without weight are never drawn.
+#[test]
+fn many_draws_at_once_are_those_of_each() {
+    const N: usize = 64;
+    let mut r = rng(8);
+    for (width, height, share) in [(1, 1, 1.0), (3, 2, 0.5), (200, 40, 0.9), (200, 40, 0.02), (1, 300, 0.1)] {
+        let f: Vec<f32> = (0..width * height).map(|_| if r.u1() < share { r.u1() } else { 0.0 }).collect();
+        let table = Table2D::new(&f, width, height);
+        let mut cells = Cells::<N>::default();
+        for count in [0, 1, 17, N] {
+            let mut u = [[0.0; N]; 2];
+            u.iter_mut().flatten().for_each(|u| *u = r.u1());
+            (u[0][0], u[1][0]) = (0.0, ONE_MINUS_EPSILON);
+            table.sample_discrete_each(count, &u, &mut cells);
+            for (i, (x, y)) in u[0].iter().zip(&u[1]).enumerate().take(count) {
+                let alone = table.sample_discrete(Vec2::new(*x, *y));
+                let (column, row) = (cells.column[i] as usize, cells.row[i] as usize);
+                assert_eq!((column, row, cells.probability[i], Vec2::new(cells.rest[0][i], cells.rest[1][i])), alone);
+                assert!(table.sum() == 0.0 || f[row * width + column] > 0.0, "{column} {row}");
+            }
+        }
     }
 }
 

@@ -21,7 +21,7 @@ pub mod shape;
 pub mod texture;
 
 pub use compile::{CompileOptions, compile};
-pub use emitter::{Emitter, LightQuery, LightReference, LightSample, Lights, Lone};
+pub use emitter::{Emitter, Escape, LightQuery, LightReference, LightSample, Lights, Lone, Seen};
 pub use ids::{EmitterId, MaterialId, NO_INSTANCE, SurfaceId, TextureId};
 pub use interaction::Interaction;
 pub use material::Material;

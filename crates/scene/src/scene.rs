@@ -1,6 +1,6 @@
 //! The scene, and the questions that solvers ask of it.
 
-use crate::emitter::{Emitter, LightReference, LightSample, Lights, Model};
+use crate::emitter::{Emitter, Escape, LightReference, LightSample, Lights, Model, Seen};
 use crate::ids::{EmitterId, MaterialId, NO_INSTANCE, SurfaceId};
 use crate::interaction::Interaction;
 use crate::material::Material;
@@ -86,13 +86,13 @@ impl Scene {
         self.accel.closest_each(rays, &self.surfaces, hits);
     }
 
-    /// Asks for the memory of what shading will look at where each ray ended, the surroundings included, so that nobody waits for it alone.
-    pub fn fetch_each(&self, rays: &[Ray], hits: &[Option<Hit>]) {
+    /// Asks for the memory of what shading will look at where each ray ended, so that nobody waits for it alone.
+    pub fn fetch_each(&self, hits: &[Option<Hit>]) {
         /// So many are asked for before the first is looked at.
         const AHEAD: usize = 16;
         /// What stays near by anyway.
         const FEW: u64 = 1024;
-        if self.triangles < FEW && self.lights.environments().is_empty() {
+        if self.triangles < FEW {
             return;
         }
         let fetch = |hit: &Hit, stages: Range<u32>| {
@@ -100,18 +100,10 @@ impl Scene {
                 stages.for_each(|stage| mesh.fetch(hit.primitive, stage));
             }
         };
-        let fetch_sky = |d: Vec3| {
-            for id in self.lights.environments() {
-                if let Model::Environment(sky) = &self.emitter(*id).model {
-                    sky.fetch_escaped(d);
-                }
-            }
-        };
         let mut behind = hits.iter();
-        for (k, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            match hit {
-                Some(hit) => fetch(hit, 0..1),
-                None => fetch_sky(ray.d),
+        for (k, hit) in hits.iter().enumerate() {
+            if let Some(hit) = hit {
+                fetch(hit, 0..1);
             }
             if k >= AHEAD
                 && let Some(Some(hit)) = behind.next()
@@ -194,6 +186,12 @@ impl Scene {
     /// Le of the surroundings along a ray that meets nothing, W/(m² sr).
     pub fn le_escaped(&self, ray: &Ray, wl: &Wavelengths) -> Spectrum {
         self.lights.environments().iter().map(|id| self.emitter(*id).le_escaped(ray.o, ray.d, wl)).sum()
+    }
+
+    /// [`Scene::le_escaped`] of many rays, and [`Scene::pdf_light_escaped`] where it is asked for, in their order.
+    pub fn escaped_each<'a>(&self, rays: impl Iterator<Item = Escape<'a>>, seen: &mut Vec<Seen>) {
+        seen.clear();
+        self.lights.escaped_each(self, rays, |found| seen.push(found));
     }
 
     /// A point on a light, chosen for the surface point `from`: `u_light` chooses the light, `u` the point on it.

@@ -19,7 +19,7 @@ use crate::transport::{
     Context, Crowd, HOPE, Heuristic, PathSolver, PathState, Step, Vertex, emission, mis_weight, next_event, slot,
 };
 use etendue_accel::Hit;
-use etendue_numerics::{Pdf, Sampler};
+use etendue_numerics::{Pdf, Sampler, Spectrum};
 use etendue_scene::Interaction;
 
 /// The solver `path-mis`.
@@ -63,6 +63,12 @@ impl PathMis {
     #[inline]
     pub(crate) fn collect(&self, c: &Context<'_>, state: &mut PathState, x: Option<&Interaction>) {
         let (le, pdf_light) = emission(c, state, x);
+        self.weigh(c, state, le, pdf_light);
+    }
+
+    /// Collects Le of `pdf_light`.
+    #[inline]
+    pub(crate) fn weigh(&self, c: &Context<'_>, state: &mut PathState, le: Spectrum, pdf_light: f32) {
         let share = match state.pdf {
             Pdf::Delta(_) => 1.0,
             Pdf::SolidAngle(pdf_bsdf) => mis_weight(self.heuristic, pdf_bsdf, pdf_light),

@@ -16,12 +16,13 @@
 mod bilinear;
 mod one;
 mod sheets;
+mod steps;
 mod two;
 
 pub use bilinear::{Bilinear2D, sample_linear};
 pub use one::Table1D;
 pub use sheets::{Around, Sheets, Warp};
-pub use two::Table2D;
+pub use two::{Cells, Table2D};
 
 use crate::math::ONE_MINUS_EPSILON;
 use std::cmp::Ordering;

@@ -17,18 +17,21 @@
 //! Within a cell directions are drawn evenly in φ and cosθ, so the density is constant there and holds sinθ exactly. A cell is never
 //! drawn only if its four corners are black, and then so is all of it.
 //!
+//! Many rays and many light samples are worked on together (`lanes`), to the same bits.
+//!
 //! | parameter | meaning | default |
 //! | --- | --- | --- |
 //! | `filename` | the picture, linear radiance | |
 //! | `scale` | s | 1 |
 //! | `to_world` | from the picture's coordinates (y up; the picture's left edge lies towards -z, its middle towards +z) | identity |
 
+mod lanes;
+
 use super::infinity::{emission_pdf, emission_sample, light_sample, power};
-use super::lights::of;
-use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightQuery, LightReference, LightSample, scalar};
+use super::{EmissionPdf, EmissionSample, Escape, Extent, Light, LightId, LightQuery, LightReference, LightSample, Seen, scalar};
 use crate::scene::Scene;
 use crate::texture::{Role, Texels};
-use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos};
+use etendue_numerics::math::{PI, TAU, atan2, safe_acos, safe_sqrt, sin_cos_near};
 use etendue_numerics::table::Table2D;
 use etendue_numerics::{Frame, Pdf, Spectrum, Vec2, Vec3, Wavelengths};
 use std::sync::Arc;
@@ -108,15 +111,8 @@ impl Environment {
     /// The cell of a unit direction in the picture's coordinates, (column, row), and the place in it.
     #[inline]
     fn cell(&self, local: Vec3) -> (usize, usize, Vec2) {
-        let (w, h) = (self.width, self.height);
-        let phi = atan2(local.x, -local.z) * (1.0 / TAU);
-        // From the last texel centre before the left edge on.
-        let x = (if phi < 0.0 { phi + 1.0 } else { phi }) * w as f32 + (w as f32 - 0.5);
-        let y = safe_acos(local.y) * ((h - 1) as f32 / PI);
-        let (column, row) = (x as usize, (y as usize).min(h - 2));
-        let place = Vec2::new(x - column as f32, y - row as f32);
-        let column = if column >= w { column - w } else { column };
-        (column.min(w - 1), row, place)
+        let ((column, x), (row, y)) = (across(self.width, local), down(self.height, local));
+        (column as usize, row as usize, Vec2::new(x, y))
     }
 
     /// Le at a place in a cell.
@@ -145,11 +141,14 @@ impl Environment {
     /// p_w of a unit direction in the picture's coordinates, drawn from `cells`.
     #[inline]
     fn density(&self, cells: &Table2D, local: Vec3) -> f32 {
-        if cells.sum() <= 0.0 {
-            return 0.0;
-        }
         let (column, row, _) = self.cell(local);
-        cells.probability(column, row) * self.rows[row][1]
+        self.density_of(cells, (column, row))
+    }
+
+    /// The same within a cell.
+    #[inline]
+    fn density_of(&self, cells: &Table2D, (column, row): (usize, usize)) -> f32 {
+        if cells.sum() > 0.0 { cells.probability(column, row) * self.rows[row][1] } else { 0.0 }
     }
 
     /// A unit direction in the picture's coordinates drawn from `cells`, with its p_w and Le.
@@ -163,21 +162,10 @@ impl Environment {
 
     /// The direction at the place `rest` of a cell, with its p_w, and where it is in the picture.
     fn direction(&self, (column, row, probability, rest): (usize, usize, f32, Vec2)) -> (Vec3, f32, (usize, usize, Vec2)) {
-        let phi = TAU * (column as f32 + 0.5 + rest.x) / self.width as f32;
         let ([top, per_sr], [bottom, _]) = (self.rows[row], self.rows[row + 1]);
-        let cos = top + (bottom - top) * rest.y;
-        let sin = safe_sqrt((1.0 - cos) * (1.0 + cos));
-        let (sin_phi, cos_phi) = sin_cos(phi);
-        let d = Vec3::new(sin * sin_phi, cos, -sin * cos_phi);
-        let y = (safe_acos(cos) * ((self.height - 1) as f32 / PI) - row as f32).clamp(0.0, 1.0);
-        (d.normalize(), probability * per_sr, (column, row, Vec2::new(rest.x, y)))
-    }
-
-    /// Asks for the memory of what a ray in direction d shows.
-    pub(crate) fn fetch_escaped(&self, d: Vec3) {
-        let (column, row, _) = self.cell(self.axes.to_local(d));
-        self.fetch(column, row);
-        self.excess.fetch(column, row);
+        let (phi, cos) = (azimuth(self.width, column as f32, rest.x), height(top, bottom, rest.y));
+        let (d, y) = (toward(phi, cos), below(self.height, row as f32, cos));
+        (d, probability * per_sr, (column, row, Vec2::new(rest.x, y)))
     }
 
     /// Asks for the memory of the texels around a cell.
@@ -187,45 +175,51 @@ impl Environment {
         self.texels.fetch(column, row.min(last));
         self.texels.fetch(column, (row + 1).min(last));
     }
+}
 
-    /// [`Light::sample`] for many points: what is looked up is asked for ahead.
-    pub(super) fn sample_each(
-        &self,
-        scene: &Scene,
-        id: LightId,
-        queries: &[LightQuery],
-        wl: &[Wavelengths],
-        mut found: impl FnMut(usize, Option<LightSample>),
-    ) {
-        let Some(first) = queries.first() else { return };
-        let cells = self.sampled(&first.from);
-        if cells.sum() <= 0.0 || queries.iter().any(|query| query.from.shared != first.from.shared) {
-            for (i, query) in queries.iter().enumerate() {
-                found(i, self.sample(scene, &query.from, id, query.u, of(wl, i)));
-            }
-            return;
-        }
-        let u: Vec<Vec2> = queries.iter().map(|query| query.u).collect();
-        let mut drawn = Vec::new();
-        cells.sample_discrete_each(&u, &mut drawn);
-        // Of those below the horizon nobody asks how bright they are.
-        let mut above = Vec::with_capacity(queries.len());
-        for (drawn, query) in drawn.into_iter().zip(queries) {
-            let (local, pdf_w, cell) = self.direction(drawn);
-            let wi = self.axes.to_world(local);
-            let faces = query.from.faces(wi);
-            if faces {
-                self.fetch(cell.0, cell.1);
-            }
-            above.push(faces.then_some((wi, pdf_w, cell)));
-        }
-        for (i, (above, query)) in above.into_iter().zip(queries).enumerate() {
-            let sample = |(wi, pdf_w, cell)| {
-                light_sample(scene, &query.from, id, wi, Pdf::SolidAngle(pdf_w), self.radiance(cell, of(wl, i)))
-            };
-            found(i, above.map(sample));
-        }
-    }
+/// The column of cells of a unit direction, and where in it: from the last texel centre before the left edge on.
+#[inline(always)]
+fn across(width: usize, local: Vec3) -> (i32, f32) {
+    let (w, phi) = (width as i32, atan2(local.x, -local.z) * (1.0 / TAU));
+    let x = (if phi < 0.0 { phi + 1.0 } else { phi }) * w as f32 + (w as f32 - 0.5);
+    let column = x as i32;
+    let place = x - column as f32;
+    let column = if column >= w { column - w } else { column };
+    (column.min(w - 1), place)
+}
+
+/// Its row, and where in it.
+#[inline(always)]
+fn down(height: usize, local: Vec3) -> (i32, f32) {
+    let y = safe_acos(local.y) * ((height - 1) as f32 / PI);
+    let row = (y as i32).min(height as i32 - 2);
+    (row, y - row as f32)
+}
+
+/// φ of a place in a column.
+#[inline(always)]
+fn azimuth(width: usize, column: f32, x: f32) -> f32 {
+    TAU * (column + 0.5 + x) / width as f32
+}
+
+/// cosθ of a place in a row, even between those of its top and its bottom.
+#[inline(always)]
+fn height(top: f32, bottom: f32, y: f32) -> f32 {
+    top + (bottom - top) * y
+}
+
+/// The unit direction of φ and cosθ.
+#[inline(always)]
+fn toward(phi: f32, cos: f32) -> Vec3 {
+    let sin = safe_sqrt((1.0 - cos) * (1.0 + cos));
+    let (sin_phi, cos_phi) = sin_cos_near(phi);
+    Vec3::new(sin * sin_phi, cos, -sin * cos_phi).normalize()
+}
+
+/// Where in a row of cells cosθ is.
+#[inline(always)]
+fn below(height: usize, row: f32, cos: f32) -> f32 {
+    (safe_acos(cos) * ((height - 1) as f32 / PI) - row).clamp(0.0, 1.0)
 }
 
 /// cosθ of a row of texels.
@@ -249,10 +243,25 @@ impl Light for Environment {
         self.density(self.sampled(from), self.axes.to_local(wi))
     }
 
+    fn escaped_each<'a>(&self, rays: impl Iterator<Item = Escape<'a>>, found: impl FnMut(&Escape<'a>, Seen)) {
+        self.seen_each(rays, found);
+    }
+
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         let (local, pdf_w, le) = self.sample_local(self.sampled(from), u, wl)?;
         let wi = self.axes.to_world(local);
         from.faces(wi).then(|| light_sample(scene, from, id, wi, Pdf::SolidAngle(pdf_w), le))
+    }
+
+    fn sample_each(
+        &self,
+        scene: &Scene,
+        id: LightId,
+        queries: &[LightQuery],
+        wl: &[Wavelengths],
+        found: impl FnMut(usize, Option<LightSample>),
+    ) {
+        self.drawn_each(scene, id, queries, wl, found);
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {

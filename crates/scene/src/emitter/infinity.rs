@@ -13,7 +13,7 @@ use etendue_numerics::warp::square_to_disk;
 use etendue_numerics::{Frame, Pdf, Ray, Spectrum, Vec2, Vec3};
 
 /// Centre and radius R of a sphere around the scene, a little larger than its box needs, so that rays set out from outside.
-fn scene_sphere(scene: &Scene) -> (Vec3, f32) {
+pub(super) fn scene_sphere(scene: &Scene) -> (Vec3, f32) {
     let (center, radius) = scene.bounds.bounding_sphere();
     (center, radius * (1.0 + 1e-4))
 }
@@ -25,11 +25,15 @@ fn disk_density(scene: &Scene) -> f32 {
     if density.is_finite() { density } else { 0.0 }
 }
 
+/// A point safely outside the scene's sphere, seen from `p` in the unit direction `wi`.
+#[inline(always)]
+pub(super) fn outside((center, radius): (Vec3, f32), p: Vec3, wi: Vec3) -> Vec3 {
+    p + wi * (2.0 * radius + (p - center).length())
+}
+
 /// Light of radiance `le` (of irradiance, if its direction is discrete) that arrives from the unit direction `wi`, which was drawn with `pdf`.
 pub(super) fn light_sample(scene: &Scene, from: &LightReference, id: LightId, wi: Vec3, pdf: Pdf, le: Spectrum) -> LightSample {
-    let (center, radius) = scene_sphere(scene);
-    // Safely outside the scene.
-    let p = from.p + wi * (2.0 * radius + (from.p - center).length());
+    let p = outside(scene_sphere(scene), from.p, wi);
     LightSample { wi, p, distance: f32::INFINITY, le, pdf, emitter: id.emitter, primitive: 0, n: Vec3::ZERO }
 }
 

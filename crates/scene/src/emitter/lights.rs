@@ -11,9 +11,9 @@
 //!
 //! For light that sets out, primitives are chosen with probability ∝ Φ.
 
-use super::record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample};
+use super::record::{EmissionPdf, EmissionSample, Escape, LightId, LightQuery, LightReference, LightSample, Seen};
 use super::tree::{Descent, LightTree};
-use super::{Extent, Light, LightBounds, Model, scalar};
+use super::{Extent, Light, LightBounds, Model, of, scalar};
 use crate::ids::EmitterId;
 use crate::interaction::Interaction;
 use crate::scene::Scene;
@@ -55,12 +55,6 @@ pub struct Lights {
     by_flux: Option<Table1D>,
     first_emitting: Vec<u32>,
     power: Spectrum,
-}
-
-/// The wavelengths of query i.
-#[inline]
-pub(super) fn of(wl: &[Wavelengths], i: usize) -> &Wavelengths {
-    wl.get(i).unwrap_or(&Wavelengths::Rgb)
 }
 
 impl Lights {
@@ -163,15 +157,35 @@ impl Lights {
 
     /// Density at `from`, 1/sr, with which [`Lights::sample`] chooses the direction `wi` of the surroundings.
     pub fn pdf_escaped(&self, scene: &Scene, from: &LightReference, wi: Vec3) -> f32 {
+        self.pdf_surroundings(from, |emitter| scene.emitter(emitter).model.pdf_escaped(from, wi))
+    }
+
+    /// The same, `of` telling the density of each of the surroundings.
+    #[inline]
+    fn pdf_surroundings(&self, from: &LightReference, of: impl Fn(EmitterId) -> f32) -> f32 {
         let surroundings = || self.distant.iter().filter(|d| d.from.is_none());
         let density: f32 = match &self.distant[..] {
-            [only] => surroundings().map(|_| scene.emitter(only.emitter).model.pdf_escaped(from, wi)).sum(),
+            [only] => surroundings().map(|_| of(only.emitter)).sum(),
             _ => {
                 let total = self.distant_irradiance(from);
-                surroundings().map(|d| d.weight(from) / total * scene.emitter(d.emitter).model.pdf_escaped(from, wi)).sum()
+                surroundings().map(|d| d.weight(from) / total * of(d.emitter)).sum()
             }
         };
         if density > 0.0 { density * (1.0 - self.tree_share(from)) } else { 0.0 }
+    }
+
+    /// What many rays that meet nothing see, and [`Lights::pdf_escaped`] where it is asked for; `found` hears of them in their order.
+    pub fn escaped_each<'a>(&self, scene: &Scene, rays: impl Iterator<Item = Escape<'a>>, mut found: impl FnMut(Seen)) {
+        if let [only] = self.environments[..] {
+            scene.emitter(only).model.escaped_each(rays, |ray, seen| {
+                found(Seen { pdf: ray.from.map_or(0.0, |from| self.pdf_surroundings(from, |_| seen.pdf)), ..seen });
+            });
+            return;
+        }
+        for ray in rays {
+            let pdf = ray.from.map_or(0.0, |from| self.pdf_escaped(scene, from, ray.ray.d));
+            found(Seen { le: scene.le_escaped(ray.ray, ray.wl), pdf });
+        }
     }
 
     /// Whether [`Lights::pdf_escaped`] is the same from everywhere: whether the only light is a picture all around.
@@ -210,15 +224,8 @@ impl Lights {
         wl: &[Wavelengths],
         mut found: impl FnMut(usize, Option<LightSample>),
     ) {
-        if let Some(id) = self.alone
-            && let Model::Environment(sky) = &scene.emitter(id.emitter).model
-        {
-            return sky.sample_each(scene, id, queries, wl, found);
-        }
         if let Some(id) = self.alone {
-            let model = &scene.emitter(id.emitter).model;
-            queries.iter().enumerate().for_each(|(i, q)| found(i, model.sample(scene, &q.from, id, q.u, of(wl, i))));
-            return;
+            return scene.emitter(id.emitter).model.sample_each(scene, id, queries, wl, found);
         }
         for (group, queries) in queries.chunks(TOGETHER).enumerate() {
             // Which light, then what it looks like: what each of them needs is asked for before the first is looked at.

@@ -43,13 +43,19 @@ pub use octahedral::Octahedral;
 pub use point::Point;
 pub use portal::Portal;
 pub use projector::Projector;
-pub use record::{EmissionPdf, EmissionSample, LightId, LightQuery, LightReference, LightSample, PositionPdf};
+pub use record::{EmissionPdf, EmissionSample, Escape, LightId, LightQuery, LightReference, LightSample, PositionPdf, Seen};
 pub use spot::Spot;
 
 use crate::interaction::Interaction;
 use crate::scene::Scene;
 use etendue_description::NodeId;
 use etendue_numerics::{Spectrum, Vec2, Vec3, Wavelengths};
+
+/// The wavelengths of query i.
+#[inline]
+fn of(wl: &[Wavelengths], i: usize) -> &Wavelengths {
+    wl.get(i).unwrap_or(&Wavelengths::Rgb)
+}
 
 /// What every light answers. `id` is the light primitive that is asked; models of one piece look at its emitter only.
 pub trait Light {
@@ -73,8 +79,29 @@ pub trait Light {
         0.0
     }
 
+    /// [`Light::le_escaped`] of many rays and [`Light::pdf_escaped`] where it is asked for; `found` hears of them in their order.
+    fn escaped_each<'a>(&self, rays: impl Iterator<Item = Escape<'a>>, mut found: impl FnMut(&Escape<'a>, Seen)) {
+        for ray in rays {
+            let (o, d) = (ray.ray.o, ray.ray.d);
+            let pdf = ray.from.map_or(0.0, |from| self.pdf_escaped(from, d));
+            found(&ray, Seen { le: self.le_escaped(o, d, ray.wl), pdf });
+        }
+    }
+
     /// A point of the primitive, or a direction towards it, that sends light to `from`; `None` where none can.
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample>;
+
+    /// [`Light::sample`] of many queries, each with its wavelengths (none where all are RGB); `found` hears of them in their order.
+    fn sample_each(
+        &self,
+        scene: &Scene,
+        id: LightId,
+        queries: &[LightQuery],
+        wl: &[Wavelengths],
+        mut found: impl FnMut(usize, Option<LightSample>),
+    ) {
+        queries.iter().enumerate().for_each(|(i, q)| found(i, self.sample(scene, &q.from, id, q.u, of(wl, i))));
+    }
 
     /// The densities of [`Light::sample_emission`] for light that leaves `x` towards `x.wo`: of the primitive's point x, and of the
     /// direction. Asked of emitting surfaces only.
@@ -163,9 +190,17 @@ macro_rules! models {
             fn pdf_escaped(&self, from: &LightReference, wi: Vec3) -> f32 {
                 match self { $(Self::$model(m) => m.pdf_escaped(from, wi),)* }
             }
+            fn escaped_each<'a>(&self, rays: impl Iterator<Item = Escape<'a>>, found: impl FnMut(&Escape<'a>, Seen)) {
+                match self { $(Self::$model(m) => m.escaped_each(rays, found),)* }
+            }
             #[inline]
             fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
                 match self { $(Self::$model(m) => m.sample(scene, from, id, u, wl),)* }
+            }
+            fn sample_each(
+                &self, scene: &Scene, id: LightId, queries: &[LightQuery], wl: &[Wavelengths], found: impl FnMut(usize, Option<LightSample>),
+            ) {
+                match self { $(Self::$model(m) => m.sample_each(scene, id, queries, wl, found),)* }
             }
             fn pdf_emission(&self, scene: &Scene, id: LightId, x: &Interaction) -> EmissionPdf {
                 match self { $(Self::$model(m) => m.pdf_emission(scene, id, x),)* }

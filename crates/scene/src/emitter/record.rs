@@ -2,7 +2,7 @@
 
 use crate::ids::EmitterId;
 use crate::interaction::Interaction;
-use etendue_numerics::{Pdf, Ray, Spectrum, Vec2, Vec3};
+use etendue_numerics::{Pdf, Ray, Spectrum, Vec2, Vec3, Wavelengths};
 
 /// A part of an emitter that the light sampler may choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,6 +64,26 @@ pub struct LightQuery {
     pub u_light: f32,
     /// Where on it.
     pub u: Vec2,
+}
+
+/// A ray that meets nothing, where the surroundings are asked what it sees.
+#[derive(Clone, Copy, Debug)]
+pub struct Escape<'a> {
+    /// The ray.
+    pub ray: &'a Ray,
+    /// For whom light samples might have found the same; nobody asks for their density where there is none.
+    pub from: Option<&'a LightReference>,
+    /// The wavelengths of the walk.
+    pub wl: &'a Wavelengths,
+}
+
+/// What such a ray sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seen {
+    /// Le, W/(m² sr).
+    pub le: Spectrum,
+    /// The density of light samples for its direction, 1/sr; 0 where nobody asked.
+    pub pdf: f32,
 }
 
 /// Light that arrives at a [`LightReference`]: contribution = f |cosθ| `le` / `pdf.value()`, where nothing stands between.

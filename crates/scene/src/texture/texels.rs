@@ -12,6 +12,9 @@
 use etendue_image::{Depth, Encoding, Image, Primaries, Transfer};
 use etendue_numerics::{Spectrum, wide};
 
+/// Four texels for each of N lanes, \[which]\[channel]\[lane].
+pub(crate) type Fours<const N: usize> = [[[f32; N]; 3]; 4];
+
 /// Texels, row by row from the top.
 #[derive(Clone, Debug)]
 pub struct Texels {
@@ -111,6 +114,40 @@ impl Texels {
         }
     }
 
+    /// Four texels at (column, row) for each of the first `count` lanes, all within the picture: [`Texels::texel`] of each, decoded side by side.
+    pub(crate) fn read_each<const N: usize>(&self, count: usize, at: impl Fn(usize) -> [[usize; 2]; 4], to: &mut Fours<N>) {
+        match &self.data {
+            Data::Bytes(d, light) => self.lift(d, count, at, |v| light[usize::from(v)], to),
+            Data::Halves(d) => self.lift(d, count, at, from_half, to),
+            Data::Floats(d) => self.lift(d, count, at, |v| v, to),
+        }
+    }
+
+    #[inline(always)]
+    fn lift<T: Copy + Default, const N: usize>(
+        &self,
+        data: &[T],
+        count: usize,
+        at: impl Fn(usize) -> [[usize; 2]; 4],
+        decode: impl Fn(T) -> f32,
+        to: &mut Fours<N>,
+    ) {
+        let mut raw = [[[T::default(); N]; 3]; 4];
+        let count = count.min(N);
+        for lane in 0..count {
+            for ([r, g, b], [x, y]) in raw.iter_mut().zip(at(lane)) {
+                let i = y * self.width + x;
+                if self.grey {
+                    (r[lane], g[lane], b[lane]) = (data[i], data[i], data[i]);
+                } else {
+                    let rgb = &data[3 * i..][..3];
+                    (r[lane], g[lane], b[lane]) = (rgb[0], rgb[1], rgb[2]);
+                }
+            }
+        }
+        wide::widest(Decode { raw: &raw, lanes: wide::padded::<N>(count), decode, to });
+    }
+
     /// Asks for the memory of a texel within the picture.
     #[inline]
     pub(crate) fn fetch(&self, x: usize, y: usize) {
@@ -164,6 +201,31 @@ impl Texels {
     }
 }
 
+/// Stored numbers to light, on lanes.
+struct Decode<'a, T, F, const N: usize> {
+    raw: &'a [[[T; N]; 3]; 4],
+    lanes: usize,
+    decode: F,
+    to: &'a mut Fours<N>,
+}
+
+impl<T: Copy, F: Fn(T) -> f32, const N: usize> wide::Job for Decode<'_, T, F, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let lanes = self.lanes.min(N);
+        for which in 0..4 {
+            for channel in 0..3 {
+                let (from, to) = (&self.raw[which][channel], &mut self.to[which][channel]);
+                for i in 0..lanes {
+                    to[i] = (self.decode)(from[i]);
+                }
+            }
+        }
+    }
+}
+
 fn pick<'a>(image: &'a Image, places: &'a [usize]) -> impl Iterator<Item = f32> + 'a {
     image.pixels().flat_map(move |p| places.iter().map(move |&i| p[i]))
 }
@@ -172,7 +234,7 @@ fn pick<'a>(image: &'a Image, places: &'a [usize]) -> impl Iterator<Item = f32> 
 const BIAS: f32 = f32::from_bits((127 + 112) << 23);
 
 /// The number of a finite binary16.
-#[inline]
+#[inline(always)]
 fn from_half(h: u16) -> f32 {
     let magnitude = f32::from_bits(u32::from(h & 0x7fff) << 13) * BIAS;
     f32::from_bits(magnitude.to_bits() | u32::from(h & 0x8000) << 16)

@@ -5,6 +5,7 @@
 //!
 //! | stage | scalar step | lanes |
 //! | --- | --- | --- |
+//! | light of the surroundings | `transport::emission` | [`escaped`]: of all rays that meet nothing |
 //! | the vertex | `Scene::interaction` | [`place`]; gathering walk by walk |
 //! | random numbers | `Sampler::u2` | `Sampler::u2_each` |
 //! | a light | `Scene::sample_light` | [`light`]: a lone lamp; else the same, walk by walk |
@@ -12,6 +13,7 @@
 //! | the next direction | `Vertex::sample`, `PathState::turn` | [`turn`]; by a guide [`steer`] |
 
 mod connect;
+pub(crate) mod escaped;
 mod light;
 pub(crate) mod others;
 pub(crate) mod pairs;
@@ -63,6 +65,7 @@ pub(crate) fn scatter_all<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut
     let mut lanes = std::mem::take(&mut crowd.lanes).unwrap_or_default();
     let v = &mut *lanes.0;
     let mut others = std::mem::take(&mut crowd.others);
+    let mut escaped = std::mem::take(&mut crowd.escaped);
     let lone = c.scene.lights.lone(c.scene);
     let (going, hits) = (std::mem::take(&mut crowd.going), std::mem::take(&mut crowd.hits));
     for (i, hit) in going.iter().zip(&hits) {
@@ -70,12 +73,13 @@ pub(crate) fn scatter_all<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut
         match hit.as_ref().and_then(|hit| Some((hit, lambert(c, walk, hit)?))) {
             Some((hit, lambert)) => gather(solver.mis(), c, v, *i, walk, u, hit, lambert),
             None => match hit {
+                None => escaped.push(*i),
                 Some(hit) if T::ALIKE => others.push(solver.mis(), c, *i, walk, u, hit),
-                _ => {
+                Some(hit) => {
                     let before = crowd.neighbours.watches(walk.vertex).then_some(*walk);
-                    let step = solver.scatter(c, walk, *hit, u);
+                    let step = solver.scatter(c, walk, Some(*hit), u);
                     if let Some(before) = &before {
-                        crowd.neighbours.note(c, *i, before, hit.as_ref(), &step, walk);
+                        crowd.neighbours.note(c, *i, before, Some(hit), &step, walk);
                     }
                     crowd.take(*i, &step);
                 }
@@ -90,7 +94,8 @@ pub(crate) fn scatter_all<'a, T: Turns>(solver: &T, c: &Context<'a>, crowd: &mut
     }
     advance(solver, c, crowd, v, lone.as_ref());
     others.advance(solver.mis(), c, crowd);
-    crowd.others = others;
+    escaped.collect(solver.mis(), c, &mut crowd.walks);
+    (crowd.others, crowd.escaped) = (others, escaped);
     (crowd.lanes, crowd.going, crowd.hits) = (Some(lanes), going, hits);
 }
 

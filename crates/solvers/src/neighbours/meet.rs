@@ -8,7 +8,7 @@ use crate::transport::{Context, Crowd, Heuristic, PathState, Throughput, mis_wei
 use etendue_accel::Hit;
 use etendue_numerics::ray::offset_origin;
 use etendue_numerics::{Dim, Ray, Spectrum, Vec3, wide};
-use etendue_scene::SurfaceId;
+use etendue_scene::{Escape, Seen, SurfaceId};
 
 /// κ where nobody asks for another. By measurement: more cost time, fewer bring noise; this is as fast as walks alone where all surfaces are Lambert's.
 pub(crate) const FOLLOWED: f32 = 1.05;
@@ -49,6 +49,7 @@ pub(crate) fn meet<'a>(how: &How<'_>, c: &Context<'a>, crowd: &mut Crowd<'a>) ->
     all.find_of.resize(crowd.walks.len(), None);
     // Through a portal the same direction shows light from one place and none from another.
     let portals = c.scene.has_portals();
+    let skies = if portals { Vec::new() } else { all.skies(c, crowd) };
     let mut ended = vec![false; crowd.going.len()];
     let mut begin = 0;
     for end in &crowd.blocks {
@@ -67,7 +68,7 @@ pub(crate) fn meet<'a>(how: &How<'_>, c: &Context<'a>, crowd: &mut Crowd<'a>) ->
             let u = || u.u1(Dim::at(2, slot::SHARED));
             ended[k] = match &crowd.hits[k] {
                 Some(hit) => all.surface(how, c, block, i, walk, hit, u),
-                None => !portals && all.sky(how, c, block, i, walk, u),
+                None => !portals && all.sky(how, c, block, i, walk, &skies[k], u),
             };
         }
     }
@@ -128,9 +129,35 @@ impl<'a> Neighbours<'a> {
         false
     }
 
-    /// Shares what shines from where the walk's ray escapes to. Returns whether that was done: then the walk ends.
-    fn sky(&mut self, how: &How<'_>, c: &Context<'a>, block: [u32; 2], i: u32, walk: &mut PathState, u: impl Fn() -> f32) -> bool {
-        let le = c.scene.le_escaped(&walk.ray, &walk.wl);
+    /// What the walks that go on see of the surroundings where they meet nothing, with the density of light samples where that is the same from everywhere.
+    fn skies(&self, c: &Context<'_>, crowd: &Crowd<'_>) -> Vec<Seen> {
+        let first = |i: u32| &self.firsts[i as usize];
+        let escaped: Vec<usize> =
+            (0..crowd.going.len()).filter(|k| crowd.hits[*k].is_none() && first(crowd.going[*k]).shares()).collect();
+        let from = crowd.going.first().filter(|_| c.scene.lights.is_alike(c.scene)).map(|i| first(*i).from());
+        let escape = |k: &usize| {
+            let walk = &crowd.walks[crowd.going[*k] as usize];
+            Escape { ray: &walk.ray, from: from.as_ref(), wl: &walk.wl }
+        };
+        let (mut seen, mut skies) = (Vec::new(), vec![Seen::default(); crowd.going.len()]);
+        c.scene.escaped_each(escaped.iter().map(escape), &mut seen);
+        escaped.into_iter().zip(seen).for_each(|(k, seen)| skies[k] = seen);
+        skies
+    }
+
+    /// Shares `sky`, which the walk's ray escapes to. Returns whether that was done: then the walk ends.
+    #[expect(clippy::too_many_arguments, reason = "one half of a loop's body")]
+    fn sky(
+        &mut self,
+        how: &How<'_>,
+        c: &Context<'a>,
+        block: [u32; 2],
+        i: u32,
+        walk: &mut PathState,
+        sky: &Seen,
+        u: impl Fn() -> f32,
+    ) -> bool {
+        let le = sky.le;
         if le.is_zero() || !c.rules.counts(walk.edges) {
             return false;
         }
@@ -140,9 +167,7 @@ impl<'a> Neighbours<'a> {
             return true;
         }
         let first = self.follow();
-        // The density of light samples, looked up once where it is the same from everywhere.
-        let alike = c.scene.lights.is_alike(c.scene);
-        let alike = alike.then(|| c.scene.pdf_light_escaped(&self.firsts[i as usize].from(), d));
+        let alike = c.scene.lights.is_alike(c.scene).then_some(sky.pdf);
         for (n, k) in (block[0]..block[1]).enumerate() {
             let from = self.firsts[k as usize].from();
             let by_light = || alike.unwrap_or_else(|| c.scene.pdf_light_escaped(&from, d));

@@ -9,7 +9,7 @@
 //! find, where the solver says how ([`PathSolver::meet`]); they depend on each other, and on nobody else.
 
 use super::{Context, PathSolver, PathState, ShadowQuery, Step, arrives};
-use crate::lanes::{Lanes, others::Others};
+use crate::lanes::{Lanes, escaped::Escaped, others::Others};
 use crate::neighbours::Neighbours;
 use etendue_accel::Hit;
 use etendue_numerics::{Ray, Sampler, Spectrum};
@@ -34,6 +34,7 @@ pub struct Crowd<'a> {
     /// Memory of those steps that work on lanes.
     pub(crate) lanes: Option<Lanes>,
     pub(crate) others: Others<'a>,
+    pub(crate) escaped: Escaped,
     /// Where each block of walks that may share ends.
     pub(crate) blocks: Vec<u32>,
     pub(crate) neighbours: Neighbours<'a>,
@@ -75,7 +76,7 @@ impl<'a> Crowd<'a> {
             self.rays.clear();
             self.rays.extend(self.going.iter().map(|i| self.walks[*i as usize].ray));
             c.scene.intersect_each(&self.rays, &mut self.hits);
-            c.scene.fetch_each(&self.rays, &self.hits);
+            c.scene.fetch_each(&self.hits);
             *rays += self.going.len() as u64;
 
             // The next vertex.
