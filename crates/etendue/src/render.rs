@@ -34,7 +34,7 @@ pub struct RenderOptions {
     pub parameters: Vec<(String, String)>,
     /// When to stop; after the scene's sample count otherwise.
     pub stop: Option<Stop>,
-    /// How the samples of a noise target are spread over the pixels; uniformly otherwise.
+    /// How the samples of a noise target are spread over the pixels; without a word, where there is noise, if the solver can.
     pub spread: Option<Spread>,
     /// Seed; the scene's own otherwise.
     pub seed: Option<u64>,
@@ -258,7 +258,7 @@ pub(crate) fn view(loaded: &Loaded, index: usize) -> Result<&View, RenderError> 
     })
 }
 
-/// How samples are spread: an option that would change nothing is refused.
+/// How samples are spread: where there is noise unless told otherwise, if they can be; what would change nothing is refused.
 fn spread(options: &RenderOptions, stop: Stop, choice: &Choice) -> Result<Spread, RenderError> {
     match options.spread {
         _ if !matches!(stop, Stop::Noise { .. }) => Ok(Spread::Uniform),
@@ -272,6 +272,7 @@ fn spread(options: &RenderOptions, stop: Stop, choice: &Choice) -> Result<Spread
             help: solvers that take more samples where there is noise: path-mis, path-guided, path-nee, path, direct, whitted, distribution"
                 .to_owned(),
         )),
+        None if choice.adapts() && !choice.shares() => Ok(Spread::Adaptive),
         spread => Ok(spread.unwrap_or_default()),
     }
 }

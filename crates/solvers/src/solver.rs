@@ -50,9 +50,7 @@ pub trait Solver: Sync {
     }
 
     /// Whether what it finds may fall anywhere on the film ([`etendue_film::Film::add_splats`]), not within tiles alone.
-    fn splats(&self) -> bool {
-        false
-    }
+    fn splats(&self) -> bool;
 
     /// Bytes that its state holds, about, for a picture of this size.
     fn holds(&self, _: [u32; 2]) -> u64 {

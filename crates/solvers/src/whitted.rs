@@ -56,6 +56,10 @@ impl Solver for Whitted {
         }
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         Tree { ambient: self.ambient, lights: EachLight::default() }.units(size)
     }

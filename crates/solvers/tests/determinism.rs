@@ -179,6 +179,10 @@ impl Solver for Unsure {
         Needs::default()
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         Solver::units(&PathNee, size)
     }

@@ -218,6 +218,10 @@ impl Solver for SampleBySample {
         1
     }
 
+    fn splats(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, scene: &Scene, run: &Run<'_>) -> Worth {
         self.0.prepare(scene, run)
     }

@@ -50,7 +50,8 @@ pub struct RenderArguments {
     /// Stop when the estimated relative error of the picture, √relMSE, is at most this many per cent.
     #[arg(long, value_name = "PERCENT", group = "stop", value_parser = parse::positive)]
     noise: Option<f64>,
-    /// How the samples of a noise target are spread over the pixels: uniform unless told, or adaptive (more where there is noise, if that pays).
+    /// How the samples of a noise target are spread over the pixels: adaptive (more where there is noise, if that pays; the default of solvers that can) or
+    /// uniform.
     #[arg(long, value_name = "HOW", requires = "noise", value_parser = parse::spread)]
     spread: Option<Spread>,
     /// Seed of all random decisions.

@@ -27,31 +27,18 @@ fn a_noise_target_is_reached_and_told() {
 #[test]
 fn samples_go_where_the_noise_is() {
     let bench = Bench::new();
-    let adaptive = [
-        "render",
-        "veach-mis",
-        "--width",
-        "24",
-        "--noise",
-        "8",
-        "--spread",
-        "adaptive",
-        "--aov",
-        "samples",
-        "-o",
-        "a.exr",
-        "--stats",
-        "s.json",
-    ];
-    bench.good(&adaptive).says(&["samples a pixel", "more where there was noise"]);
+    let render = ["render", "veach-mis", "--width", "24", "--noise", "8", "--aov", "samples", "-o", "a.exr", "--stats", "s.json"];
+    bench.good(&render).says(&["samples a pixel", "more where there was noise"]);
     let (stats, picture) = (bench.json("s.json"), bench.picture("a.exr"));
     let counts = picture.layers.iter().find(|l| l.name == "samples").expect("the layer").image.data();
     let (least, most) = counts.iter().fold((f32::MAX, 0.0f32), |(l, m), n| (l.min(*n), m.max(*n)));
     assert_eq!((stats["samples"][0].as_f64(), stats["samples"][1].as_f64()), (Some(least.into()), Some(most.into())), "{stats}");
     assert!(most > 2.0 * least, "{least} to {most}");
 
-    bench.good(&["render", "veach-mis", "--width", "24", "--noise", "8", "-o", "a.exr", "--stats", "s.json"]);
-    assert!(bench.json("s.json")["samples"].is_null());
+    for even in [["--spread", "uniform"], ["--param", "block=4"]] {
+        bench.good(&[&render[..], &even].concat());
+        assert!(bench.json("s.json")["samples"].is_null(), "{even:?}");
+    }
     let refused = bench
         .bad(1, &["render", "--width", "16", "--solver", "bidirectional", "--noise", "50", "--spread", "adaptive", "-o", "b.exr"]);
     refused.says(&["spreads its samples uniformly", "path-mis"]);

@@ -26,7 +26,7 @@ pub use carrier::Carrier;
 pub use error::{Error, Fit};
 pub use settings::{Factors, Method, Settings};
 
-use crate::form_factor::{FormFactors, Hemisphere, Open, Pairs, Repair, analytic, by_area, hemisphere};
+use crate::form_factor::{FormFactors, Hemisphere, Open, Pairs, Repair, Share, analytic, by_area, hemisphere};
 use crate::hierarchy::{Hierarchical, Hierarchy};
 use crate::patch::{Cutting, PatchSize, Patches, Sides};
 use crate::solve::direct::{MOST, TooLarge};
@@ -127,7 +127,7 @@ impl Solved {
         let rays = |i: u32| (share.of(settings.rays, patches.get(i).area) as usize / LAMPS).max(16);
         let by_rays = settings.factors == Factors::Hemisphere;
         let lit = by_rays.then(|| lamps::irradiance(scene, &patches, rays, settings.seed)).flatten();
-        let (factors, repair) = factors(scene, &mut patches, &open, settings, watch)?;
+        let (factors, repair) = factors(scene, &mut patches, &open, settings, share, watch)?;
         if !watch(Stage::Repaired) {
             return Err(Error::Cancelled);
         }
@@ -191,6 +191,7 @@ fn factors(
     patches: &mut Patches,
     open: &[f64],
     settings: &Settings,
+    share: Share,
     watch: &(dyn Fn(Stage) -> bool + Sync),
 ) -> Result<(FormFactors, Repair), Error> {
     let Settings { rays, seed, .. } = *settings;
@@ -199,7 +200,7 @@ fn factors(
         Factors::Analytic => analytic(scene, patches, &Pairs { samples: rays.max(Pairs::default().samples), seed }, &rows)?,
         Factors::Area => by_area(scene, patches, &rows)?,
         Factors::Hemisphere | Factors::Hierarchical => {
-            hemisphere(scene, patches, &Hemisphere { rays, share: settings.share(patches), errors: false, seed }, &rows)?
+            hemisphere(scene, patches, &Hemisphere { rays, share, errors: false, seed }, &rows)?
         }
     };
     cover::shrink(patches, open);

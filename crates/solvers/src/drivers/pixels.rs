@@ -71,6 +71,10 @@ impl<T: PixelSolver> Solver for T {
         PixelSolver::estimates(self)
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     /// Walks that share what neighbours find do so where all take as many samples.
     fn adapts(&self) -> bool {
         self.block() == 1

@@ -180,6 +180,10 @@ impl Solver for PathGuided {
         Tiling::new(size).len()
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     /// By walks that are alone: the guide stands still.
     fn adapts(&self) -> bool {
         self.mis.block == 0

@@ -98,6 +98,10 @@ impl Solver for Literal {
         self.0.estimates()
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         Tiling::new(size).len()
     }

@@ -174,6 +174,10 @@ impl Solver for PhotonMap {
         }
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         Tiling::new(size).len()
     }

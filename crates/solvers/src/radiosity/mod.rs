@@ -149,6 +149,10 @@ impl Solver for Radiosity {
         Solved::patches(scene, &self.settings(0)).err().map(refusal)
     }
 
+    fn splats(&self) -> bool {
+        false
+    }
+
     fn units(&self, size: [u32; 2]) -> usize {
         pixels::units(size)
     }

@@ -62,6 +62,10 @@ impl Solver for Saboteur {
         1
     }
 
+    fn splats(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, _: &Scene, _: &Run<'_>) {}
 
     fn pass(&self, scene: &Scene, run: &Run<'_>, (): &mut (), k: u32, work: &Work<'_>) -> Result<(), CannotGoOn> {

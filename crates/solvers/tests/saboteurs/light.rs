@@ -100,6 +100,10 @@ impl Solver for Saboteur {
         particles::units(size)
     }
 
+    fn splats(&self) -> bool {
+        true
+    }
+
     fn prepare(&self, _: &Scene, _: &Run<'_>) -> Books {
         Books::default()
     }
