@@ -5,7 +5,8 @@
 //! ```
 //!
 //! Along a ray f is a cubic within each voxel. Rays walk from voxel to voxel; the value at which they leave one is the value at which
-//! they enter the next, so a change of sign is seen by exactly one voxel and no ray slips through a face.
+//! they enter the next, so a change of sign is seen by exactly one voxel and no ray slips through a face. Where no voxel within k - 1 of theirs
+//! (in the largest coordinate) holds a change, they leave all of those at once.
 //!
 //! | normals | |
 //! | --- | --- |
@@ -31,8 +32,8 @@ pub struct SdfGrid {
     to_world: DAffine3,
     to_grid: DAffine3,
     bounds: Bounds3,
-    /// Voxels, one less than samples along each axis, in which f changes sign.
-    crossed: Vec<bool>,
+    /// For each voxel, one less than samples along each axis, how far from it the nearest in which f changes sign is, in the largest coordinate.
+    clear: Vec<u8>,
     smooth: bool,
 }
 
@@ -48,14 +49,14 @@ impl SdfGrid {
         if !to_world.is_finite() || !to_grid.is_finite() {
             return None;
         }
-        let mut grid = Self { samples, size, to_world, to_grid, bounds: Bounds3::EMPTY, crossed: Vec::new(), smooth };
+        let mut grid = Self { samples, size, to_world, to_grid, bounds: Bounds3::EMPTY, clear: Vec::new(), smooth };
         let [nx, ny, nz] = size.map(|n| n as i32 - 1);
         for k in 0..nz {
             for j in 0..ny {
                 for i in 0..nx {
                     let corners = grid.corners(IVec3::new(i, j, k));
                     let crossed = corners.iter().any(|s| *s <= 0.0) && corners.iter().any(|s| *s >= 0.0);
-                    grid.crossed.push(crossed);
+                    grid.clear.push(if crossed { 0 } else { u8::MAX });
                     if crossed {
                         let low = DVec3::new(i.into(), j.into(), k.into());
                         let around = (0..8).map(|c| low + DVec3::new((c & 1).into(), (c >> 1 & 1).into(), (c >> 2).into()));
@@ -66,6 +67,7 @@ impl SdfGrid {
                 }
             }
         }
+        spread(&mut grid.clear, size.map(|n| n - 1));
         let margin = grid.bounds.min.abs().max(grid.bounds.max.abs()) * gamma(4);
         grid.bounds = Bounds3 { min: grid.bounds.min - margin, max: grid.bounds.max + margin };
         (!grid.bounds.is_empty() && grid.bounds.min.is_finite() && grid.bounds.max.is_finite()).then_some(grid)
@@ -78,9 +80,27 @@ impl SdfGrid {
         self.samples[(at(i.z, nz) * ny + at(i.y, ny)) * nx + at(i.x, nx)].into()
     }
 
-    /// The eight samples of a voxel, x fastest.
+    /// The last voxel.
+    #[inline]
+    fn last(&self) -> [i32; 3] {
+        let [nx, ny, nz] = self.size;
+        [nx as i32 - 2, ny as i32 - 2, nz as i32 - 2]
+    }
+
+    /// The eight samples of a voxel, x fastest; above the grid's last they repeat.
+    #[inline]
     fn corners(&self, voxel: IVec3) -> [f64; 8] {
-        std::array::from_fn(|c| self.sample(voxel + IVec3::new(c as i32 & 1, c as i32 >> 1 & 1, c as i32 >> 2)))
+        let [nx, ny, _] = self.size;
+        if voxel.cmplt(IVec3::ZERO).any() || voxel.cmpgt(self.last().into()).any() {
+            return std::array::from_fn(|c| self.sample(voxel + IVec3::new(c as i32 & 1, c as i32 >> 1 & 1, c as i32 >> 2)));
+        }
+        let (x, y, z) = (voxel.x as usize, voxel.y as usize, voxel.z as usize);
+        let row = |j: usize, k: usize| {
+            let row = &self.samples[((z + k) * ny + y + j) * nx + x..][..2];
+            (f64::from(row[0]), f64::from(row[1]))
+        };
+        let (a, b, c, d) = (row(0, 0), row(1, 0), row(0, 1), row(1, 1));
+        [a.0, a.1, b.0, b.1, c.0, c.1, d.0, d.1]
     }
 
     fn voxel_index(&self, v: IVec3) -> usize {
@@ -122,6 +142,35 @@ impl SdfGrid {
     }
 }
 
+/// From 0 at some voxels, and the most elsewhere, to how far the nearest of those is in the largest coordinate: once up, once down.
+fn spread(clear: &mut [u8], [nx, ny, nz]: [usize; 3]) {
+    let index = |[i, j, k]: [usize; 3]| (k * ny + j) * nx + i;
+    // The thirteen of its neighbours that come before a voxel.
+    let before: Vec<[isize; 3]> = (0..13).map(|c| [c % 3 - 1, c / 3 % 3 - 1, c / 9 - 1]).collect();
+    for sign in [1, -1] {
+        let mut look = |at: [usize; 3]| {
+            for step in &before {
+                let [i, j, k] = [0, 1, 2].map(|a| at[a].wrapping_add_signed(sign * step[a]));
+                if i < nx && j < ny && k < nz {
+                    clear[index(at)] = clear[index(at)].min(clear[index([i, j, k])].saturating_add(1));
+                }
+            }
+        };
+        for n in 0..nx * ny * nz {
+            let n = if sign > 0 { n } else { nx * ny * nz - 1 - n };
+            look([n % nx, n / nx % ny, n / nx / ny]);
+        }
+    }
+}
+
+/// What is known of f where a ray enters a voxel.
+enum Entry {
+    Unknown,
+    Value(f64),
+    /// It has the sign of any sample of this voxel, the one before.
+    Same([i32; 3]),
+}
+
 impl Geometry for SdfGrid {
     fn bounds(&self) -> Bounds3 {
         self.bounds
@@ -135,10 +184,11 @@ impl Geometry for SdfGrid {
     fn intersect(&self, ray: &Ray) -> Option<CustomHit> {
         let o = self.to_grid.transform_point3(ray.o.as_dvec3());
         let d = self.to_grid.transform_vector3(ray.d.as_dvec3());
-        let last = IVec3::from_array(self.size.map(|n| n as i32 - 2));
+        let last = self.last();
 
-        // The part of the ray within the grid. An axis along which the ray does not move asks only whether it is inside.
-        let (mut t, mut end) = (0.0f64, f64::from(ray.t_max));
+        // The part of the ray within the grid. An axis along which the ray does not move asks only whether it is inside. Where the ray itself
+        // ends decides which hits count, and none of their bits.
+        let (mut t, mut end, t_max) = (0.0f64, f64::INFINITY, f64::from(ray.t_max));
         for axis in 0..3 {
             let high = f64::from(last[axis] + 1);
             if d[axis] == 0.0 {
@@ -151,48 +201,60 @@ impl Geometry for SdfGrid {
             t = t.max(a.min(b));
             end = end.min(a.max(b));
         }
-        if t > end {
+        if t > end.min(t_max) {
             return None;
         }
 
         // From voxel to voxel. The value at the exit of one is the value at the entry of the next.
-        let mut voxel = (o + d * t).floor().as_ivec3().clamp(IVec3::ZERO, last);
-        let mut entry: Option<f64> = None;
+        // Arrays are spelled out: closures given to their `map` are called one by one.
+        let whole = |t: f64, i: usize, low: i32, high: i32| ((o[i] + d[i] * t) as i32).clamp(low.max(0), high.min(last[i]));
+        let mut voxel = [whole(t, 0, 0, last[0]), whole(t, 1, 0, last[1]), whole(t, 2, 0, last[2])];
+        let mut entry = Entry::Unknown;
         loop {
-            // Where the ray leaves: the nearest of the three planes ahead.
-            let (mut exit, mut axis) = (end, 3);
+            let index = self.voxel_index(voxel.into());
+            let clear = i32::from(self.clear[index]);
+            // Where the ray leaves it, or all that are clear: at the nearest of the three planes ahead.
+            let (mut exit, mut axis, reach) = (end, 3, clear.max(1));
             for i in 0..3 {
-                let plane = f64::from(voxel[i] + i32::from(d[i] > 0.0));
+                let plane = f64::from(voxel[i] + if d[i] > 0.0 { reach } else { 1 - reach });
                 let at = (plane - o[i]) / d[i];
                 if d[i] != 0.0 && at < exit {
                     (exit, axis) = (at, i);
                 }
             }
             let exit = exit.max(t);
-            let index = self.voxel_index(voxel);
-            let low = voxel.as_dvec3();
-            if self.crossed[index] {
-                let field = Trilinear(self.corners(voxel));
+            if clear == 0 {
+                let low = IVec3::from_array(voxel).as_dvec3();
+                let field = Trilinear(self.corners(voxel.into()));
                 let value = |t: f64| field.at((o + d * t - low).clamp(DVec3::ZERO, DVec3::ONE));
-                let (f0, f1) = (entry.unwrap_or_else(|| value(t)), value(exit));
+                let f0 = match entry {
+                    Entry::Unknown => value(t),
+                    Entry::Value(f0) => f0,
+                    Entry::Same(voxel) => self.sample(voxel.into()),
+                };
+                let f1 = value(exit);
                 if let Some(root) = field.root(o - low, d, (t, f0), (exit, f1)) {
                     let hit = root as f32;
                     if hit > 0.0 && hit < ray.t_max {
                         return Some(CustomHit { t: hit, u: 0.0, v: 0.0, primitive: index as u32 });
                     }
                 }
-                entry = Some(f1);
+                entry = Entry::Value(f1);
             } else {
-                // One sign throughout: any sample has it.
-                entry = Some(self.sample(voxel));
+                entry = Entry::Same(voxel);
             }
-            if axis == 3 {
+            if axis == 3 || exit > t_max {
                 return None;
             }
-            voxel[axis] += if d[axis] > 0.0 { 1 } else { -1 };
-            if voxel[axis] < 0 || voxel[axis] > last[axis] {
+            let beyond = voxel[axis] + if d[axis] > 0.0 { reach } else { -reach };
+            if beyond < 0 || beyond > last[axis] {
                 return None;
             }
+            if reach > 1 {
+                let within = |i: usize| whole(exit, i, voxel[i] + 1 - reach, voxel[i] + reach - 1);
+                voxel = [within(0), within(1), within(2)];
+            }
+            voxel[axis] = beyond;
             t = exit;
         }
     }

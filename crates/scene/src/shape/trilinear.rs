@@ -14,10 +14,12 @@ pub(super) struct Trilinear(pub [f64; 8]);
 
 impl Trilinear {
     /// f(p).
+    #[inline]
     pub fn at(&self, p: DVec3) -> f64 {
         let s = &self.0;
         let mix = |a: f64, b: f64, t: f64| a * (1.0 - t) + b * t;
-        let [a, b, c, d] = [0, 2, 4, 6].map(|i| mix(s[i], s[i + 1], p.x));
+        let row = |i: usize| mix(s[i], s[i + 1], p.x);
+        let (a, b, c, d) = (row(0), row(2), row(4), row(6));
         mix(mix(a, b, p.y), mix(c, d, p.y), p.z)
     }
 
@@ -33,6 +35,7 @@ impl Trilinear {
     }
 
     /// f(o + t d) as a polynomial in t: the product of linear functions, expanded.
+    #[inline]
     fn along(&self, o: DVec3, d: DVec3) -> Cubic {
         let s = &self.0;
         // f = Σ k_m over the monomials 1, x, y, xy, z, xz, yz, xyz.
@@ -48,7 +51,7 @@ impl Trilinear {
         ];
         // As x (p + q z) with p, q polynomials of the plane: first in x, then y, then z.
         let times = |c: [f64; 4], o: f64, d: f64| [c[0] * o, c[1] * o + c[0] * d, c[2] * o + c[1] * d, c[3] * o + c[2] * d];
-        let plus = |a: [f64; 4], b: [f64; 4]| std::array::from_fn(|i| a[i] + b[i]);
+        let plus = |a: [f64; 4], b: [f64; 4]| [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]];
         let constant = |c: f64| [c, 0.0, 0.0, 0.0];
         let in_x = |i: usize| plus(constant(k[i]), times(constant(k[i + 1]), o.x, d.x));
         let in_xy = |i: usize| plus(in_x(i), times(in_x(i + 2), o.y, d.y));
@@ -56,6 +59,7 @@ impl Trilinear {
     }
 
     /// The first t in [`t0`, `t1`] at which o + t d meets f = 0, given the values of f at both ends; `None` where the sign does not change.
+    #[inline]
     pub fn root(&self, o: DVec3, d: DVec3, (t0, f0): (f64, f64), (t1, f1): (f64, f64)) -> Option<f64> {
         let cubic = self.along(o + d * t0, d);
         let length = t1 - t0;
