@@ -23,6 +23,14 @@ impl Fixed {
     pub fn from_f32(x: f32) -> Self {
         let bits = x.to_bits();
         let exponent = (bits >> 23 & 0xff) as i32;
+        let shift = exponent - 150 + FRACTION_BITS;
+        if (1..64).contains(&shift) {
+            // Nearly all numbers, by shifts of 64 bits: those of 128 are slow.
+            let mantissa = u64::from(bits & 0x007f_ffff | 0x0080_0000);
+            let magnitude = i128::from(mantissa >> (64 - shift)) << 64 | i128::from(mantissa << shift);
+            let sign = i128::from(bits as i32 >> 31);
+            return Self((magnitude ^ sign) - sign);
+        }
         if exponent == 0 || x.is_nan() {
             return Self::ZERO; // zero, or a subnormal below 2⁻¹²⁶
         }
@@ -31,7 +39,6 @@ impl Fixed {
         } else {
             // x = mantissa · 2^(exponent - 150)
             let mantissa = i128::from(bits & 0x007f_ffff | 0x0080_0000);
-            let shift = exponent - 150 + FRACTION_BITS;
             if shift >= 0 { mantissa << shift } else { mantissa >> (-shift).min(127) }
         };
         Self(if x.is_sign_negative() { -magnitude } else { magnitude })

@@ -115,7 +115,7 @@ impl Tile {
     fn add_filtered(&mut self, local: Vec2, value: Vec4) {
         let radius = self.kernel.radius;
         // Pixel i has its centre at i + 1/2; those with |i + 1/2 - s| < radius are reached.
-        let range = |s: f32, n: i32| (((s - 0.5 - radius).ceil() as i32).max(0), ((s - 0.5 + radius).floor() as i32).min(n - 1));
+        let range = |s: f32, n: i32| (ceil(s - 0.5 - radius).max(0), floor(s - 0.5 + radius).min(n - 1));
         let ((x0, x1), (y0, y1)) = (range(local.x, self.size[0]), range(local.y, self.size[1]));
         let mut weights = [0.0f32; 32];
         let count = (x1 - x0 + 1).clamp(0, 32) as usize;
@@ -139,4 +139,18 @@ impl Tile {
             self.dropped.push(NonFinite { pixel, sample });
         }
     }
+}
+
+/// The least whole number not below x, of numbers that are not huge: without a call.
+#[inline(always)]
+fn ceil(x: f32) -> i32 {
+    let whole = x as i32;
+    whole.saturating_add(i32::from(x > whole as f32))
+}
+
+/// The greatest whole number not above x.
+#[inline(always)]
+fn floor(x: f32) -> i32 {
+    let whole = x as i32;
+    whole.saturating_sub(i32::from(x < whole as f32))
 }

@@ -32,7 +32,7 @@ pub use thin_lens::ThinLens;
 
 use crate::emitter::PositionPdf;
 use crate::interaction::Interaction;
-use etendue_numerics::{Pdf, Ray, Vec2, Vec3};
+use etendue_numerics::{Pdf, Ray, Vec2, Vec3, wide};
 
 /// A ray into the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +41,73 @@ pub struct CameraRay {
     pub ray: Ray,
     /// We |cosθ| / density, for q uniform with density 1 a pixel: 1 for the cameras here.
     pub weight: f32,
+}
+
+/// Many of them, one array a number; what lies beyond those asked for is nothing.
+#[derive(Clone, Debug)]
+pub struct CameraRays<const N: usize> {
+    o: [[f32; N]; 3],
+    d: [[f32; N]; 3],
+    end: [f32; N],
+    weight: [f32; N],
+}
+
+impl<const N: usize> CameraRays<N> {
+    /// None yet.
+    pub const NONE: Self = Self { o: [[0.0; N]; 3], d: [[0.0; N]; 3], end: [0.0; N], weight: [0.0; N] };
+
+    #[inline(always)]
+    fn set(&mut self, i: usize, ray: &CameraRay) {
+        let CameraRay { ray: Ray { o, d, t_max, .. }, weight } = ray;
+        (self.o[0][i], self.o[1][i], self.o[2][i]) = (o.x, o.y, o.z);
+        (self.d[0][i], self.d[1][i], self.d[2][i]) = (d.x, d.y, d.z);
+        (self.end[i], self.weight[i]) = (*t_max, *weight);
+    }
+
+    /// Ray `i`, at a time, and its weight.
+    #[inline(always)]
+    pub fn get(&self, i: usize, time: f32) -> (Ray, f32) {
+        let (o, d) = (Vec3::new(self.o[0][i], self.o[1][i], self.o[2][i]), Vec3::new(self.d[0][i], self.d[1][i], self.d[2][i]));
+        (Ray { time, ..Ray::new(o, d).until(self.end[i]) }, self.weight[i])
+    }
+}
+
+/// The rays of a pinhole through many places of the film, on lanes.
+struct Pinhole<'a, const N: usize> {
+    camera: &'a Perspective,
+    places: &'a [[f32; N]; 2],
+    rays: &'a mut CameraRays<N>,
+    lanes: usize,
+}
+
+impl<const N: usize> wide::Job for Pinhole<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { camera, places: [x, y], rays, lanes } = self;
+        for i in 0..lanes.min(N) {
+            rays.set(i, &camera.sample_ray(Vec2::new(x[i], y[i]), Vec2::ZERO, 0.0));
+        }
+    }
+}
+
+impl Sensor {
+    /// [`Sensor::sample_ray`] through each of the first `count` places x, y of the film; `lens` tells the point on the lens.
+    pub fn sample_rays<const N: usize>(
+        &self,
+        places: &[[f32; N]; 2],
+        count: usize,
+        lens: impl Fn(usize) -> Vec2,
+        rays: &mut CameraRays<N>,
+    ) {
+        if let Self::Perspective(camera) = self {
+            return wide::widest(Pinhole { camera, places, rays, lanes: count.next_multiple_of(wide::PAD) });
+        }
+        for i in 0..count.min(N) {
+            rays.set(i, &self.sample_ray(Vec2::new(places[0][i], places[1][i]), lens(i), 0.0));
+        }
+    }
 }
 
 /// The lens as a point of the scene sees it: contribution = β f |cosθ| `we` / `pdf.value()`, splat at `pixel`.

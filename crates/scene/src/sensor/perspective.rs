@@ -41,7 +41,7 @@ impl Camera for Perspective {
         (PositionPdf::Delta(1.0), Pdf::SolidAngle(self.pixel(p, w).map_or(0.0, |_| self.projection.pdf_w(cos))))
     }
 
-    #[inline]
+    #[inline(always)]
     fn sample_ray(&self, pixel: Vec2, _: Vec2, time: f32) -> CameraRay {
         let w = self.projection.direction(pixel).normalize();
         CameraRay { ray: self.projection.ray(Vec3::ZERO, w, time), weight: 1.0 }

@@ -30,7 +30,7 @@ pub struct Projection {
 
 impl Projection {
     /// (X, Y, 1) of a place on the film.
-    #[inline]
+    #[inline(always)]
     pub(super) fn direction(&self, pixel: Vec2) -> Vec3 {
         let s = pixel / self.size + self.offset;
         ((Vec2::ONE - 2.0 * s) * self.tan_half).extend(1.0)

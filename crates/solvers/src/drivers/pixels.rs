@@ -7,8 +7,8 @@ use crate::solver::{CannotGoOn, Estimates, Needs, Solver};
 use crate::transport::{Context, Crowd, PathRules, PathSolver, PathState, slot, trace};
 use etendue_film::{Replicates, Tile};
 use etendue_numerics::sequence::mix;
-use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Wavelengths, wide};
-use etendue_scene::{FilmSettings, Scene, Sensor, SurfaceId, View};
+use etendue_numerics::{Dim, Numbers, Ray, Sampler, Spectrum, Vec2, Vec3, Wavelengths, wide};
+use etendue_scene::{FilmSettings, Scene, Sensor, SurfaceId, View, sensor::CameraRays};
 use std::ops::Range;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -289,8 +289,11 @@ pub(super) fn set_out<'a, T>(
     mut added: impl FnMut(Vec2),
 ) {
     let View { film, sensor, .. } = &c.scene.views[view];
-    let [within_x, within_y, time, hue] = &mut [[0.0; wide::PAD * 16]; 4];
-    let mut pixels = [[0; 2]; wide::PAD * 16];
+    const LANES: usize = 16 * wide::PAD;
+    let [within_x, within_y, time, hue] = &mut [[0.0; LANES]; 4];
+    let (mut pixels, mut places_on_film, mut rays) = ([[0; 2]; LANES], [[0.0; LANES]; 2], CameraRays::NONE);
+    // Walks are made where they stay.
+    let blank = PathState::start(Ray::new(Vec3::ZERO, Vec3::ZERO), Spectrum::ZERO, Wavelengths::Rgb);
     for some in places.chunks(pixels.len()) {
         let first = crowd.samplers.len();
         crowd.samplers.extend(some.iter().zip(&mut pixels).map(|(place, to)| {
@@ -304,12 +307,18 @@ pub(super) fn set_out<'a, T>(
         if c.scene.spectral {
             Sampler::u1_each(samplers, Dim::at(0, slot::WAVELENGTHS), hue);
         }
-        crowd.walks.extend(samplers.iter().enumerate().map(|(i, u)| {
-            let (position, on_film) = place(film, pixels[i], Vec2::new(within_x[i], within_y[i]));
+        for (i, (pixel, x)) in pixels.iter().zip(within_x.iter()).enumerate().take(some.len()) {
+            let (position, on_film) = place(film, *pixel, Vec2::new(*x, within_y[i]));
             added(position);
+            (places_on_film[0][i], places_on_film[1][i]) = on_film.into();
+        }
+        sensor.sample_rays(&places_on_film, some.len(), |i| lens(sensor, &samplers[i]), &mut rays);
+        crowd.walks.resize(first + some.len(), blank);
+        for (i, state) in crowd.walks[first..].iter_mut().enumerate() {
+            let (ray, weight) = rays.get(i, time[i]);
             let wl = c.scene.wavelengths(|| hue[i]);
-            eye_walk_at(c, view, on_film, lens(sensor, u), time[i], wl)
-        }));
+            state.set_out(seen(c, ray), wl.grey(weight), wl);
+        }
     }
 }
 
@@ -416,8 +425,13 @@ fn lens(sensor: &Sensor, u: &impl Numbers) -> Vec2 {
 #[inline(always)] // as a return value it would go through memory
 fn eye_walk_at(c: &Context<'_>, view: usize, on_film: Vec2, lens: Vec2, time: f32, wl: Wavelengths) -> PathState {
     let ray = c.scene.views[view].sensor.sample_ray(on_film, lens, time);
-    let seen = if c.rules.hide_emitters { beyond_emitters(c.scene, ray.ray) } else { ray.ray };
-    PathState::start(seen, wl.grey(ray.weight), wl)
+    PathState::start(seen(c, ray.ray), wl.grey(ray.weight), wl)
+}
+
+/// A camera ray as far as the eye sees.
+#[inline(always)]
+fn seen(c: &Context<'_>, ray: Ray) -> Ray {
+    if c.rules.hide_emitters { beyond_emitters(c.scene, ray) } else { ray }
 }
 
 /// What is left of a camera ray behind the emitting surfaces that it meets first: hidden emitters do not stand in the eye's way.

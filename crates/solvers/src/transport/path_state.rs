@@ -190,6 +190,12 @@ impl PathState {
         }
     }
 
+    /// The same of a walk that has not moved since: what tells walks apart is set, where it stays.
+    #[inline(always)]
+    pub fn set_out(&mut self, ray: Ray, weight: Spectrum, wl: Wavelengths) {
+        (self.ray, self.beta, self.wl, self.from.p) = (ray, Throughput(weight), wl, ray.o);
+    }
+
     /// The address of a random decision at the vertex that the ray leads to.
     #[inline]
     pub fn dim(&self, slot: u32) -> Dim {
