@@ -104,8 +104,9 @@ impl Sensor {
         if let Self::Perspective(camera) = self {
             return wide::widest(Pinhole { camera, places, rays, lanes: count.next_multiple_of(wide::PAD) });
         }
-        for i in 0..count.min(N) {
-            rays.set(i, &self.sample_ray(Vec2::new(places[0][i], places[1][i]), lens(i), 0.0));
+        let [x, y] = places;
+        for (i, (x, y)) in x.iter().zip(y).enumerate().take(count) {
+            rays.set(i, &self.sample_ray(Vec2::new(*x, *y), lens(i), 0.0));
         }
     }
 }
