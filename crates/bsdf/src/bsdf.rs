@@ -173,7 +173,7 @@ impl<'a> Bsdf<'a> {
 
     /// The lobe, where there is just one.
     #[inline]
-    fn only(&self) -> Option<&Slot<'a>> {
+    pub(crate) fn only(&self) -> Option<&Slot<'a>> {
         if self.len == 1 { self.slots[0].as_ref() } else { None }
     }
 

@@ -26,20 +26,16 @@ pub struct Fresnel {
 }
 
 /// Reflectance and refraction for a direction at cosine `cos_i` to the normal (negative: inside); `eta` = interior/exterior index > 0.
-#[inline]
+#[inline(always)]
 pub fn dielectric(cos_i: f32, eta: f32) -> Fresnel {
     let (eta_it, eta_ti) = if cos_i >= 0.0 { (eta, 1.0 / eta) } else { (1.0 / eta, eta) };
     let c = cos_i.abs();
     let cos_t = safe_sqrt(1.0 - (1.0 - c * c) * sqr(eta_ti));
-    let f = if eta == 1.0 {
-        0.0
-    } else if c == 0.0 {
-        1.0
-    } else {
-        let a_s = (c - eta_it * cos_t) / (c + eta_it * cos_t);
-        let a_p = (cos_t - eta_it * c) / (cos_t + eta_it * c);
-        0.5 * (sqr(a_s) + sqr(a_p))
-    };
+    let a_s = (c - eta_it * cos_t) / (c + eta_it * cos_t);
+    let a_p = (cos_t - eta_it * c) / (cos_t + eta_it * c);
+    let f = 0.5 * (sqr(a_s) + sqr(a_p));
+    let f = if c == 0.0 { 1.0 } else { f };
+    let f = if eta == 1.0 { 0.0 } else { f };
     Fresnel { f, cos_t: if cos_i >= 0.0 { -cos_t } else { cos_t }, eta_it, eta_ti }
 }
 

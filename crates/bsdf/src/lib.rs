@@ -31,12 +31,14 @@ mod local;
 pub mod microfacet;
 mod perturbation;
 mod slot;
+mod together;
 
 pub use bsdf::Bsdf;
 pub use event::Event;
 pub use lobe::Lobe;
 pub use microfacet::{Microfacets, Ndf};
 pub use perturbation::Perturbation;
+pub use together::{Draw, Pair, Together};
 
 use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3};
 

@@ -1,6 +1,8 @@
 //! The closed set of scattering models, listed once.
 
-use crate::{BsdfSample, Event, Scatter, lobes::*};
+use crate::lobes::faceted::{self, Faceted, Turn};
+use crate::microfacet::facet::Facet;
+use crate::{BsdfSample, Event, Microfacets, Scatter, lobes::*};
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
 macro_rules! lobes {
@@ -111,6 +113,47 @@ impl Lobe<'_> {
     #[inline]
     pub fn is_one_way(&self) -> bool {
         matches!(self, Self::Hair(_))
+    }
+}
+
+/// The lobes of facets, listed once, and what the others answer.
+macro_rules! faceted {
+    ($lobe:expr, $l:ident => $answer:expr, $other:expr) => {
+        match $lobe {
+            Lobe::RoughConductor($l) => $answer,
+            Lobe::RoughPlastic($l) => $answer,
+            Lobe::RoughDielectric($l) => $answer,
+            Lobe::Principled($l) => $answer,
+            _ => $other,
+        }
+    };
+}
+
+/// What [`Faceted`] says, where the lobe is one.
+impl Lobe<'_> {
+    #[inline]
+    pub(crate) fn facets(&self) -> Option<(&Microfacets, f32)> {
+        faceted!(self, l => Some(l.facets()), None)
+    }
+
+    #[inline]
+    pub(crate) fn towards(&self, wo: Vec3) -> f32 {
+        faceted!(self, l => l.towards(wo), 0.0)
+    }
+
+    #[inline]
+    pub(crate) fn at(&self, wo: Vec3, towards: f32, wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
+        faceted!(self, l => Faceted::at(l, wo, towards, wi, facet), (Spectrum::ZERO, 0.0))
+    }
+
+    #[inline]
+    pub(crate) fn turn(&self, wo: Vec3, towards: f32, u1: f32, u2: Vec2, m: Vec3) -> Option<Turn> {
+        faceted!(self, l => l.turn(wo, towards, u1, u2, || m), None)
+    }
+
+    #[inline]
+    pub(crate) fn weigh(&self, wo: Vec3, towards: f32, turn: &Turn, facet: Option<&Facet>) -> Option<BsdfSample> {
+        faceted!(self, l => faceted::weigh(l, wo, towards, turn, facet), None)
     }
 }
 

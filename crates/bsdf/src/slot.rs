@@ -40,8 +40,24 @@ impl Slot<'_> {
             return (f * self.weight, pdf);
         };
         let (Some(o), Some(i)) = (frame.to_local(wo), frame.to_local(wi)) else { return (Spectrum::ZERO, 0.0) };
-        let (f, pdf) = self.lobe.eval_pdf(o, i);
-        (f * (self.weight * frame.shadow(wi) * i.z.abs() / wi.z.abs().max(1e-8)), pdf)
+        self.dimmed(self.lobe.eval_pdf(o, i), wi, i)
+    }
+
+    /// f and p of the lobe, times w_k and what its frame makes of `wi`, there `local`.
+    #[inline]
+    pub fn dimmed(&self, (f, pdf): (Spectrum, f32), wi: Vec3, local: Vec3) -> (Spectrum, f32) {
+        let factor = |frame: &Perturbation| self.weight * frame.shadow(wi) * local.z.abs() / wi.z.abs().max(1e-8);
+        (f * self.frame.as_ref().map_or(self.weight, factor), pdf)
+    }
+
+    /// A sample in the lobe's frame as one of the surface, with w_k.
+    #[inline]
+    pub fn outwards(&self, wo: Vec3, s: BsdfSample) -> Option<BsdfSample> {
+        let s = match &self.frame {
+            Some(frame) => Self::outer(frame, wo, s)?,
+            None => s,
+        };
+        Some(BsdfSample { weight: s.weight * self.weight, ..s })
     }
 
     /// A sample of the lobe alone, without w_k.

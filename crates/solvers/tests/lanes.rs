@@ -135,7 +135,14 @@ fn a_lone_lamp_over_walls_glass_and_gold() {
         <shape type="rectangle"><transform name="to_world"><scale value="0.3"/><rotate y="1" angle="160"/><translate y="0.4" z="0.2"/></transform>
             <bsdf type="twosided"><bsdf type="diffuse"><rgb name="reflectance" value="0.9, 0, 0.2"/></bsdf></bsdf></shape>
         <shape type="rectangle"><transform name="to_world"><scale value="0.2"/><rotate x="1" angle="100"/><translate x="0.5" z="0.2"/></transform>
-            <bsdf type="twosided"><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf></shape>"#;
+            <bsdf type="twosided"><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf></shape>
+        <shape type="rectangle"><transform name="to_world"><scale value="0.25"/><rotate y="1" angle="200"/><translate x="-0.6" y="0.4" z="0.3"/></transform>
+            <bsdf type="twosided"><bsdf type="roughplastic"><string name="distribution" value="ggx"/></bsdf></bsdf></shape>
+        <shape type="sphere"><point name="center" value="0.5, 0.2, 0.4"/><float name="radius" value="0.2"/>
+            <bsdf type="principled"><float name="spec_trans" value="0.4"/><float name="clearcoat" value="0.6"/><float name="sheen" value="0.5"/></bsdf></shape>
+        <shape type="sphere"><point name="center" value="0.1, -0.8, 0.1"/><float name="radius" value="0.2"/>
+            <bsdf type="roughconductor"><string name="distribution" value="ggx"/><string name="masking" value="correlated"/>
+                <float name="alpha_u" value="0.1"/><float name="alpha_v" value="0.4"/></bsdf></shape>"#;
     let mut scene = room(&diffuse(0.7), &format!("{LAMP}{inside}"));
     must_be_equal("room", &mut scene, PathRules::default());
     must_be_equal("two bounces", &mut scene, PathRules::default().with_bounces(2..=2));

@@ -6,6 +6,7 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod diffuse_transmission;
+pub(crate) mod faceted;
 mod hair;
 mod layered;
 mod measured;

@@ -15,13 +15,14 @@
 //! Sampling: one part is drawn by the sampling rates; the density is that of the mixture.
 
 use super::{
+    faceted::{self, Faceted, Turn},
     principled_terms::{Gtr1, alphas, clearcoat_g1, diffuse, r0, schlick, tint, unit},
-    rough_dielectric::Facet,
 };
 use crate::{
     BsdfSample, Event, Microfacets, Ndf, Scatter,
     fresnel::{self, reflect, refract, schlick_weight},
-    local::{clean, clean_eta, clean_f32, cosine_pdf, cosine_sample, same_side, smooth, stretch},
+    local::{clean, clean_eta, clean_f32, cosine_pdf, cosine_sample, same_side, stretch},
+    microfacet::facet::Facet,
 };
 use etendue_numerics::{Spectrum, Vec2, Vec3, math::FRAC_1_PI};
 
@@ -194,22 +195,27 @@ impl Principled {
     fn reflects(&self, f: f32, front: bool) -> f32 {
         if front { 1.0 - self.clear() * (1.0 - f) } else { f }
     }
+}
 
-    /// f and p, of two directions and the facet between them.
+impl Faceted for Principled {
     #[inline]
-    fn at(&self, wo: Vec3, wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
+    fn facets(&self) -> (&Microfacets, f32) {
+        (&self.facets, self.eta)
+    }
+
+    #[inline]
+    fn at(&self, wo: Vec3, _: f32, wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
         let front = wo.z > 0.0;
         let choice = self.choice(front);
         let (mut f, mut pdf) = (Spectrum::ZERO, choice.diffuse * cosine_pdf(wi));
 
         // Main specular lobe, both ways, and the coat on top of it.
         if let Some(x) = facet {
-            let (dg, p_m) = self.facets.dg_pdf(wo, wi, x.m);
             let r = self.reflects(x.f, front);
-            pdf += choice.specular * if x.reflects { r } else { 1.0 - r } * p_m * x.cos_o * x.jacobian;
+            pdf += choice.specular * if x.reflects { r } else { 1.0 - r } * x.pdf * x.cos_o * x.jacobian;
             if x.reflects {
                 if x.f > 0.0 {
-                    f += self.specular_fresnel(x.f, wo.dot(x.m), front) * (0.25 * dg);
+                    f += self.specular_fresnel(x.f, wo.dot(x.m), front) * (0.25 * x.dg);
                 }
                 if front && self.clearcoat > 0.0 {
                     let (d, fresnel) = (self.coat.d(x.m), 0.04 + 0.96 * schlick(x.cos_o, self.eta));
@@ -217,7 +223,7 @@ impl Principled {
                     pdf += choice.clearcoat * d * x.m.z * x.jacobian;
                 }
             } else if self.clear() > 0.0 {
-                f += self.base.sqrt() * (self.clear() * (1.0 - x.f) * dg * x.cos_o * x.jacobian);
+                f += self.base.sqrt() * (self.clear() * (1.0 - x.f) * x.dg * x.cos_o * x.jacobian);
             }
         }
 
@@ -233,6 +239,30 @@ impl Principled {
         }
         (f, pdf)
     }
+
+    #[inline]
+    fn turn(&self, wo: Vec3, _: f32, u1: f32, u2: Vec2, m: impl FnOnce() -> Vec3) -> Option<Turn> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let front = wo.z > 0.0;
+        let choice = self.choice(front);
+        let (wi, m, event) = if u1 < choice.diffuse {
+            (cosine_sample(u2)?, None, Event::REFLECT | Event::DIFFUSE)
+        } else if u1 < choice.diffuse + choice.clearcoat {
+            (reflect(wo, self.coat.sample(u2)), None, Event::REFLECT | Event::GLOSSY)
+        } else {
+            let m = m();
+            let x = fresnel::dielectric(wo.dot(m), self.eta);
+            let u = stretch(u1, choice.diffuse + choice.clearcoat, choice.specular);
+            let reflects = u < self.reflects(x.f, front);
+            let (wi, way) = if reflects { (reflect(wo, m), Event::REFLECT) } else { (refract(wo, m, &x), Event::TRANSMIT) };
+            (wi, Some(m), way | Event::GLOSSY)
+        };
+        let transmits = event.transmits();
+        let path = if front { self.eta } else { 1.0 / self.eta };
+        (same_side(wo, wi) != transmits).then_some(Turn { wi, m, eta: if transmits { path } else { 1.0 }, event })
+    }
 }
 
 impl Scatter for Principled {
@@ -245,37 +275,11 @@ impl Scatter for Principled {
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let front = wo.z > 0.0;
-        let choice = self.choice(front);
-        let path = if front { self.eta } else { 1.0 / self.eta };
-        let mut facet = None;
-        let (wi, event) = if u1 < choice.diffuse {
-            (cosine_sample(u2)?, Event::REFLECT | Event::DIFFUSE)
-        } else if u1 < choice.diffuse + choice.clearcoat {
-            (reflect(wo, self.coat.sample(u2)), Event::REFLECT | Event::GLOSSY)
-        } else {
-            let m = self.facets.sample(if front { wo } else { -wo }, u2);
-            let x = fresnel::dielectric(wo.dot(m), self.eta);
-            let u = stretch(u1, choice.diffuse + choice.clearcoat, choice.specular);
-            let reflects = u < self.reflects(x.f, front);
-            let (wi, way) = if reflects { (reflect(wo, m), Event::REFLECT) } else { (refract(wo, m, &x), Event::TRANSMIT) };
-            facet = Some(Facet::of(m, wo, wi, path, reflects, x.f)?);
-            (wi, way | Event::GLOSSY)
-        };
-        let transmits = event.transmits();
-        if same_side(wo, wi) == transmits {
-            return None;
-        }
-        let facet = facet.or_else(|| Facet::between(wo, wi, self.eta));
-        let (f, pdf) = self.at(wo, wi, facet.as_ref());
-        smooth(wi, f, pdf, if transmits { path } else { 1.0 }, event)
+        faceted::sample(self, wo, u1, u2)
     }
 
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        self.at(wo, wi, Facet::between(wo, wi, self.eta).as_ref())
+        faceted::eval_pdf(self, wo, wi)
     }
 
     fn events(&self) -> Event {

@@ -3,8 +3,10 @@
 //!
 //! p(wi) = p(m) / (4 wi·m), p(m) that of the normals drawn [Walter et al. 2007, eq. 38].
 
+use super::faceted::{self, Faceted, Turn};
 use super::{Conductor, ConductorParams};
-use crate::{BsdfSample, Event, Microfacets, Ndf, Scatter, fresnel::reflect, local::weighted};
+use crate::microfacet::facet::Facet;
+use crate::{BsdfSample, Event, Microfacets, Ndf, Scatter, fresnel::reflect};
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
 /// What a [`RoughConductor`] is made of.
@@ -42,12 +44,29 @@ impl RoughConductor {
     pub fn new(p: RoughConductorParams) -> Self {
         Self { metal: Conductor::new(p.conductor), facets: Microfacets::new(p.ndf, p.alpha_u, p.alpha_v, p.sample_visible) }
     }
+}
 
-    /// f and p at the facet `m` half way between.
+impl Faceted for RoughConductor {
     #[inline]
-    fn at(&self, wo: Vec3, wi: Vec3, m: Vec3) -> (Spectrum, f32) {
-        let (dg, pdf) = self.facets.dg_pdf(wo, wi, m);
-        (self.metal.reflected(wo.dot(m).clamp(0.0, 1.0)) * (0.25 * dg), 0.25 * pdf)
+    fn facets(&self) -> (&Microfacets, f32) {
+        (&self.facets, 1.0)
+    }
+
+    #[inline]
+    fn at(&self, wo: Vec3, _: f32, wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
+        match facet {
+            Some(x) if wo.z > 0.0 && wi.z > 0.0 => (self.metal.reflected(x.cos_o.min(1.0)) * (0.25 * x.dg), 0.25 * x.pdf),
+            _ => (Spectrum::ZERO, 0.0),
+        }
+    }
+
+    #[inline]
+    fn turn(&self, wo: Vec3, _: f32, _: f32, _: Vec2, m: impl FnOnce() -> Vec3) -> Option<Turn> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        let m = m();
+        Some(Turn { wi: reflect(wo, m), m: Some(m), eta: 1.0, event: Self::EVENT })
     }
 }
 
@@ -76,22 +95,12 @@ impl Scatter for RoughConductor {
         self.eval_pdf(wo, wi).1
     }
 
-    fn sample(&self, wo: Vec3, _u1: f32, u2: Vec2) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let m = self.facets.sample(wo, u2);
-        let wi = reflect(wo, m);
-        if wi.z <= 0.0 || wo.dot(m) <= 0.0 {
-            return None;
-        }
-        let (f, pdf) = self.at(wo, wi, m);
-        weighted(wi, f * (wi.z / pdf), pdf, 1.0, Self::EVENT)
+    fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
+        faceted::sample(self, wo, u1, u2)
     }
 
-    #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        half_vector(wo, wi).map_or((Spectrum::ZERO, 0.0), |m| self.at(wo, wi, m))
+        faceted::eval_pdf(self, wo, wi)
     }
 
     fn events(&self) -> Event {

@@ -8,12 +8,14 @@
 //! meets a second facet is lost.
 
 use super::DielectricParams;
+use super::faceted::{self, Faceted, Turn};
 use crate::{
     BsdfSample, Event, Microfacets, Ndf, Scatter,
     fresnel::{self, reflect, refract},
-    local::{clean, clean_eta, same_side, weighted},
+    local::{clean, clean_eta, same_side},
+    microfacet::facet::Facet,
 };
-use etendue_numerics::{Spectrum, Vec2, Vec3, math::sqr};
+use etendue_numerics::{Spectrum, Vec2, Vec3};
 
 /// What a [`RoughDielectric`] is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,47 +48,6 @@ pub struct RoughDielectric {
     disperses: bool,
 }
 
-/// A facet that carries light from `wo` to `wi`.
-pub(super) struct Facet {
-    /// Its normal, in the upper hemisphere.
-    pub m: Vec3,
-    /// |wo·m|.
-    pub cos_o: f32,
-    /// |dm/dwi|.
-    pub jacobian: f32,
-    /// F(wo·m).
-    pub f: f32,
-    /// Whether `wi` lies on the side of `wo`.
-    pub reflects: bool,
-}
-
-impl Facet {
-    /// The facet between two directions, at an interface of index `eta` = interior/exterior; `None` where none is seen from its
-    /// right sides by both.
-    #[inline]
-    pub fn between(wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
-        if wo.z == 0.0 || wi.z == 0.0 {
-            return None;
-        }
-        let reflects = same_side(wo, wi);
-        let path = if wo.z > 0.0 { eta } else { 1.0 / eta };
-        let m = (wo + wi * if reflects { 1.0 } else { path }).try_normalize()?;
-        let m = if m.z < 0.0 { -m } else { m };
-        Self::of(m, wo, wi, path, reflects, fresnel::dielectric(wo.dot(m), eta).f)
-    }
-
-    /// The facet `m` with all that follows from it; `path` = η_t/η_i from `wo` inwards.
-    #[inline]
-    pub fn of(m: Vec3, wo: Vec3, wi: Vec3, path: f32, reflects: bool, f: f32) -> Option<Self> {
-        let (o, i) = (wo.dot(m), wi.dot(m));
-        if o * wo.z <= 0.0 || i * wi.z <= 0.0 {
-            return None;
-        }
-        let jacobian = if reflects { 0.25 / i.abs() } else { sqr(path) * i.abs() / sqr(o + path * i).max(f32::MIN_POSITIVE) };
-        Some(Self { m, cos_o: o.abs(), jacobian, f, reflects })
-    }
-}
-
 impl RoughDielectric {
     /// The lobe of these parameters.
     pub fn new(p: RoughDielectricParams) -> Self {
@@ -100,19 +61,48 @@ impl RoughDielectric {
             disperses: d.disperses,
         }
     }
+}
 
-    /// f of a facet: D G / (cosθ_o cosθ_i) times F/4, or times (1 - F) |wo·m| and the Jacobian of refraction; and p.
+impl Faceted for RoughDielectric {
     #[inline]
-    fn at(&self, x: &Facet, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        let (dg, pdf) = self.facets.dg_pdf(wo, wi, x.m);
-        // Normals that need not be seen are drawn from wider facets.
-        let pdf = if self.facets.samples_visible() { pdf } else { self.facets.widened(wo.z).d(x.m) * x.m.z / x.cos_o };
+    fn facets(&self) -> (&Microfacets, f32) {
+        (&self.facets, self.eta)
+    }
+
+    /// Normals that need not be seen are drawn from wider facets.
+    #[inline]
+    fn drawn(&self, wo: Vec3) -> Microfacets {
+        self.facets.widened(wo.z)
+    }
+
+    /// D G / (cosθ_o cosθ_i) times F/4, or times (1 - F) |wo·m| and the Jacobian of refraction.
+    #[inline]
+    fn at(&self, wo: Vec3, _: f32, _wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
+        let Some(x) = facet else { return (Spectrum::ZERO, 0.0) };
+        let pdf = if self.facets.samples_visible() { x.pdf } else { self.drawn(wo).d(x.m) * x.m.z / x.cos_o };
         let through = x.cos_o * x.jacobian;
         if x.reflects {
-            (self.reflectance * (0.25 * x.f * dg), pdf * through * x.f)
+            (self.reflectance * (0.25 * x.f * x.dg), pdf * through * x.f)
         } else {
-            (self.transmittance * ((1.0 - x.f) * dg * through), pdf * through * (1.0 - x.f))
+            (self.transmittance * ((1.0 - x.f) * x.dg * through), pdf * through * (1.0 - x.f))
         }
+    }
+
+    #[inline]
+    fn turn(&self, wo: Vec3, _: f32, u1: f32, _: Vec2, m: impl FnOnce() -> Vec3) -> Option<Turn> {
+        if wo.z == 0.0 {
+            return None;
+        }
+        let m = m();
+        let x = fresnel::dielectric(wo.dot(m), self.eta);
+        let reflects = u1 < x.f;
+        let wi = if reflects { reflect(wo, m) } else { refract(wo, m, &x) };
+        if wi.z == 0.0 || same_side(wo, wi) != reflects {
+            return None;
+        }
+        let path = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
+        let (eta, event) = if reflects { (1.0, Event::REFLECT) } else { (path, Event::TRANSMIT) };
+        Some(Turn { wi, m: Some(m), eta, event: event | Event::GLOSSY })
     }
 }
 
@@ -126,27 +116,11 @@ impl Scatter for RoughDielectric {
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
-        if wo.z == 0.0 {
-            return None;
-        }
-        let up = if wo.z < 0.0 { -wo } else { wo };
-        let m = self.facets.widened(wo.z).sample(up, u2);
-        let x = fresnel::dielectric(wo.dot(m), self.eta);
-        let reflects = u1 < x.f;
-        let wi = if reflects { reflect(wo, m) } else { refract(wo, m, &x) };
-        if wi.z == 0.0 || same_side(wo, wi) != reflects {
-            return None;
-        }
-        let path = if wo.z > 0.0 { self.eta } else { 1.0 / self.eta };
-        let facet = Facet::of(m, wo, wi, path, reflects, x.f)?;
-        let (f, pdf) = self.at(&facet, wo, wi);
-        let (eta, event) = if reflects { (1.0, Event::REFLECT) } else { (path, Event::TRANSMIT) };
-        weighted(wi, f * (wi.z.abs() / pdf), pdf, eta, event | Event::GLOSSY)
+        faceted::sample(self, wo, u1, u2)
     }
 
-    #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        Facet::between(wo, wi, self.eta).map_or((Spectrum::ZERO, 0.0), |x| self.at(&x, wo, wi))
+        faceted::eval_pdf(self, wo, wi)
     }
 
     fn events(&self) -> Event {

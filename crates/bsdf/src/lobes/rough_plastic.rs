@@ -3,12 +3,16 @@
 //! f = F(wo·m) D(m) G / (4 cosθ_o cosθ_i) + T(cosθ_o) T(cosθ_i) / (π η²) · ρ/(1 - R ρ'): [`RoughTransmittance`] holds T and the internal
 //! reflectance R of the varnish; ρ' = ρ with `nonlinear`, else 1.
 
-use super::{PlasticParams, plastic::Base, rough_conductor::half_vector};
+use super::{
+    PlasticParams,
+    faceted::{self, Faceted, Turn},
+    plastic::Base,
+};
 use crate::{
     BsdfSample, Event, Microfacets, Ndf, Scatter,
-    fresnel::{self, reflect},
-    local::{cosine_pdf, cosine_sample, smooth},
-    microfacet::transmittance::RoughTransmittance,
+    fresnel::reflect,
+    local::{cosine_pdf, cosine_sample},
+    microfacet::{facet::Facet, transmittance::RoughTransmittance},
 };
 use etendue_numerics::{Spectrum, Vec2, Vec3};
 
@@ -52,16 +56,38 @@ impl RoughPlastic {
         let base = Base::new(&p.plastic, |_| boundary.internal_reflectance());
         Self { base, boundary: *boundary, facets: Microfacets::new(p.ndf, p.alpha, p.alpha, p.sample_visible) }
     }
+}
 
-    /// f and p; `t` = T(cosθ_o).
+impl Faceted for RoughPlastic {
     #[inline]
-    fn at(&self, wo: Vec3, wi: Vec3, t: f32) -> (Spectrum, f32) {
-        let Some(m) = half_vector(wo, wi) else { return (Spectrum::ZERO, 0.0) };
-        let (dg, pdf) = self.facets.dg_pdf(wo, wi, m);
-        let varnish = 0.25 * fresnel::dielectric(wo.dot(m), self.base.eta).f * dg;
-        let f = self.base.specular * varnish + self.base.f * (t * self.boundary.at(wi.z));
+    fn facets(&self) -> (&Microfacets, f32) {
+        (&self.facets, self.base.eta)
+    }
+
+    /// T(cosθ_o).
+    #[inline]
+    fn towards(&self, wo: Vec3) -> f32 {
+        self.boundary.at(wo.z)
+    }
+
+    #[inline]
+    fn at(&self, wo: Vec3, t: f32, wi: Vec3, facet: Option<&Facet>) -> (Spectrum, f32) {
+        let Some(x) = facet.filter(|_| wo.z > 0.0 && wi.z > 0.0) else { return (Spectrum::ZERO, 0.0) };
+        let f = self.base.specular * (0.25 * x.f * x.dg) + self.base.f * (t * self.boundary.at(wi.z));
         let p = self.base.specular_probability(t);
-        (f, p * (0.25 * pdf) + (1.0 - p) * cosine_pdf(wi))
+        (f, p * (0.25 * x.pdf) + (1.0 - p) * cosine_pdf(wi))
+    }
+
+    #[inline]
+    fn turn(&self, wo: Vec3, t: f32, u1: f32, u2: Vec2, m: impl FnOnce() -> Vec3) -> Option<Turn> {
+        if wo.z <= 0.0 {
+            return None;
+        }
+        if u1 < self.base.specular_probability(t) {
+            let m = m();
+            return Some(Turn { wi: reflect(wo, m), m: Some(m), eta: 1.0, event: Event::REFLECT | Event::GLOSSY });
+        }
+        Some(Turn { wi: cosine_sample(u2)?, m: None, eta: 1.0, event: Event::REFLECT | Event::DIFFUSE })
     }
 }
 
@@ -75,20 +101,11 @@ impl Scatter for RoughPlastic {
     }
 
     fn sample(&self, wo: Vec3, u1: f32, u2: Vec2) -> Option<BsdfSample> {
-        if wo.z <= 0.0 {
-            return None;
-        }
-        let t = self.boundary.at(wo.z);
-        let p = self.base.specular_probability(t);
-        let (wi, event) =
-            if u1 < p { (reflect(wo, self.facets.sample(wo, u2)), Event::GLOSSY) } else { (cosine_sample(u2)?, Event::DIFFUSE) };
-        let (f, pdf) = self.at(wo, wi, t);
-        smooth(wi, f, pdf, 1.0, Event::REFLECT | event)
+        faceted::sample(self, wo, u1, u2)
     }
 
-    #[inline]
     fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
-        self.at(wo, wi, self.boundary.at(wo.z))
+        faceted::eval_pdf(self, wo, wi)
     }
 
     fn events(&self) -> Event {

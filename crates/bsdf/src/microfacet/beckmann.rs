@@ -19,7 +19,7 @@ const HALF_SQRT_PI: f32 = 0.886_226_95;
 const ALMOST_ONE: f32 = 1.0 - 1e-7;
 
 /// The exact G1(v)/cosθ_v = 2 / (cosθ (1 + erf a) + s e^(-a²)/√π), a = cosθ/s, s = α sinθ [Walter et al. 2007, eq. 26].
-#[inline]
+#[inline(always)]
 pub fn g1_over_cos(cos: f32, s: f32) -> f32 {
     if cos >= 4.0 * s {
         return 1.0 / cos;

@@ -18,6 +18,7 @@
 mod beckmann;
 pub mod coat;
 mod erf;
+pub(crate) mod facet;
 pub mod transmittance;
 
 use etendue_numerics::{
@@ -45,6 +46,11 @@ pub struct Microfacets {
     alpha: Vec2,
 }
 
+impl Ndf {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Beckmann, Self::Ggx, Self::GgxCorrelated];
+}
+
 impl Microfacets {
     /// The least roughness; what is smoother should be a Dirac lobe.
     pub const MIN_ALPHA: f32 = 1e-4;
@@ -53,6 +59,24 @@ impl Microfacets {
     pub fn new(ndf: Ndf, alpha_u: f32, alpha_v: f32, visible: bool) -> Self {
         let a = |x: f32| x.clamp(Self::MIN_ALPHA, 100.0).max(Self::MIN_ALPHA);
         Self { ndf, visible, alpha: Vec2::new(a(alpha_u), a(alpha_v)) }
+    }
+
+    /// The same of roughness that is clean.
+    #[inline(always)]
+    pub(crate) fn of_visible(ndf: Ndf, alpha: Vec2) -> Self {
+        Self { ndf, visible: true, alpha }
+    }
+
+    /// Its distribution.
+    #[inline]
+    pub fn ndf(&self) -> Ndf {
+        self.ndf
+    }
+
+    /// Roughness along local x and y.
+    #[inline]
+    pub fn alpha(&self) -> Vec2 {
+        self.alpha
     }
 
     /// The smaller roughness.
@@ -73,7 +97,7 @@ impl Microfacets {
     }
 
     /// D(m), per steradian of normals; zero below the horizon and where it would underflow.
-    #[inline]
+    #[inline(always)]
     pub fn d(&self, m: Vec3) -> f32 {
         // All squares times (α_x α_y)², which leaves one division.
         let a = self.alpha.x * self.alpha.y;
@@ -86,22 +110,18 @@ impl Microfacets {
     }
 
     /// G1(v, m)/|v_z|; zero where m is seen from behind.
-    #[inline]
+    #[inline(always)]
     pub fn g1_over_cos(&self, v: Vec3, m: Vec3) -> f32 {
-        if v.dot(m) * v.z <= 0.0 {
-            return 0.0;
-        }
         let (c, s) = (v.z.abs(), self.projected_alpha(v));
-        match self.ndf {
+        let g1 = match self.ndf {
             Ndf::Ggx | Ndf::GgxCorrelated => 2.0 / (c + (c * c + s * s).sqrt()),
             Ndf::Beckmann => {
-                if c >= 1.6 * s {
-                    return 1.0 / c;
-                }
                 let a = c / s;
-                (3.535 + 2.181 * a) / (s * (1.0 + a * (2.276 + 2.577 * a)))
+                let fit = (3.535 + 2.181 * a) / (s * (1.0 + a * (2.276 + 2.577 * a)));
+                if c >= 1.6 * s { 1.0 / c } else { fit }
             }
-        }
+        };
+        if v.dot(m) * v.z > 0.0 { g1 } else { 0.0 }
     }
 
     /// G1(v, m), the share of m not masked towards v, in [0, 1].
@@ -117,27 +137,22 @@ impl Microfacets {
     }
 
     /// G/(cosθ_o cosθ_i), from G1/cos of both.
-    #[inline]
+    #[inline(always)]
     fn shadowing(&self, wo: Vec3, wi: Vec3, o: f32, i: f32) -> f32 {
-        if o * i <= 0.0 {
-            0.0
-        } else if self.ndf == Ndf::GgxCorrelated {
-            correlated(wo, wi, o, i)
-        } else {
-            o * i
-        }
+        let g = if self.ndf == Ndf::GgxCorrelated { correlated(wo, wi, o, i) } else { o * i };
+        if o * i > 0.0 { g } else { 0.0 }
     }
 
     /// [`Microfacets::dg`], and [`Microfacets::pdf`] over |wo·m|, which share D and the masking of `wo`; `wo` on either side.
-    #[inline]
+    #[inline(always)]
     pub fn dg_pdf(&self, wo: Vec3, wi: Vec3, m: Vec3) -> (f32, f32) {
         let (d, o) = (self.d(m), self.g1_over_cos(wo, m));
-        let pdf = match self.ndf {
-            _ if o <= 0.0 => 0.0,
-            _ if !self.visible => d * m.z.max(0.0) / wo.dot(m).abs(),
-            Ndf::Ggx | Ndf::GgxCorrelated => d * o,
-            Ndf::Beckmann => d * beckmann::g1_over_cos(wo.z.abs(), self.projected_alpha(wo)),
+        let masking = match self.ndf {
+            _ if !self.visible => m.z.max(0.0) / wo.dot(m).abs(),
+            Ndf::Ggx | Ndf::GgxCorrelated => o,
+            Ndf::Beckmann => beckmann::g1_over_cos(wo.z.abs(), self.projected_alpha(wo)),
         };
+        let pdf = if o > 0.0 { d * masking } else { 0.0 };
         (d * self.shadowing(wo, wi, o, self.g1_over_cos(wi, m)), pdf)
     }
 
@@ -176,13 +191,26 @@ impl Microfacets {
         if !self.visible {
             return self.sample_all(u);
         }
-        // The stretched surface has roughness 1 and is seen from the stretched direction [Heitz 2018, §3].
-        let v = Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize();
-        let h = match self.ndf {
-            Ndf::Ggx | Ndf::GgxCorrelated => spherical_cap(v, u),
-            Ndf::Beckmann => beckmann::visible_normal(v, u),
-        };
-        Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0)).try_normalize().unwrap_or(Vec3::Z)
+        match self.ndf {
+            Ndf::Ggx | Ndf::GgxCorrelated => self.sample_ggx(wo, u),
+            Ndf::Beckmann => self.stretched(wo, |v| beckmann::visible_normal(v, u)),
+        }
+    }
+
+    /// A visible normal of GGX.
+    #[inline(always)]
+    pub(crate) fn sample_ggx(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        self.stretched(wo, |v| spherical_cap(v, u))
+    }
+
+    /// A visible normal, drawn by `draw` for the surface of roughness 1: that of the stretched surface, seen from the stretched direction
+    /// [Heitz 2018, §3].
+    #[inline(always)]
+    fn stretched(&self, wo: Vec3, draw: impl Fn(Vec3) -> Vec3) -> Vec3 {
+        let h = draw(Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize());
+        let m = Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0));
+        let scale = m.length_recip();
+        if scale.is_finite() & (scale > 0.0) { m * scale } else { Vec3::Z }
     }
 
     /// A normal with density D(m) m_z [Walter et al. 2007, eqs. 28, 35]: slopes of the surface of roughness 1, stretched.
@@ -196,14 +224,14 @@ impl Microfacets {
     }
 
     /// √((α_x v_x)² + (α_y v_y)²): the roughness that `v` sees, times sinθ.
-    #[inline]
+    #[inline(always)]
     fn projected_alpha(&self, v: Vec3) -> f32 {
         (sqr(self.alpha.x * v.x) + sqr(self.alpha.y * v.y)).sqrt()
     }
 }
 
 /// G/(cosθ_o cosθ_i) of correlated facets, from G1/cos of both.
-#[inline]
+#[inline(always)]
 fn correlated(wo: Vec3, wi: Vec3, o: f32, i: f32) -> f32 {
     let (co, ci) = (wo.z.abs(), wi.z.abs());
     1.0 / (ci / o + co / i - co * ci)
@@ -211,7 +239,7 @@ fn correlated(wo: Vec3, wi: Vec3, o: f32, i: f32) -> f32 {
 
 /// A visible normal of the GGX surface of roughness 1 seen from `v`: `v` plus a point on the spherical cap z > -v_z, not
 /// normalised [Dupuy and Benyoub 2023, Listing 3].
-#[inline]
+#[inline(always)]
 fn spherical_cap(v: Vec3, u: Vec2) -> Vec3 {
     let z = (1.0 - u.y) * (1.0 + v.z) - v.z;
     let (sin, cos) = sin_cos_near(TAU * u.x);

@@ -9,6 +9,7 @@
 //! | f(wo, wi) = η² f(wi, wo) | `reciprocity` |
 //! | no more light leaves than arrives; none is lost where nothing absorbs | `energy` |
 //! | any parameter, any direction, u = 0 and u = 1 - ulp: finite and not negative | `robustness` |
+//! | many at once are each alone, bit for bit | `together` |
 //! | the tests see faults | `saboteurs` |
 //!
 //! Seeds are fixed. Statistical tests are made at a level that gives, were the seeds drawn anew, one false alarm in a thousand runs for
@@ -24,6 +25,7 @@ mod reciprocity;
 mod robustness;
 mod saboteurs;
 mod tabulated;
+mod together;
 
 use etendue_numerics::Vec3;
 

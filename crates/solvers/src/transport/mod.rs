@@ -20,7 +20,7 @@ pub use crowd::Crowd;
 pub use each_light::EachLight;
 pub(crate) use mirrors::sees_mirrors;
 pub use mis::{Heuristic, mis_weight};
-pub use next_event::{ShadowQuery, connection, next_event};
+pub use next_event::{ShadowQuery, connection, connection_of, next_event};
 pub use particle::{
     Awaited, Came, LightContext, Particle, SensorQuery, arrives_at_sensor, emitter_to_sensor, light_slot, surroundings,
     through_lens, to_sensor,

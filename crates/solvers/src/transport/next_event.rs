@@ -47,7 +47,18 @@ pub fn connection(
     light: &LightSample,
     weight: impl Fn(f32, f32) -> f32,
 ) -> Option<ShadowQuery> {
-    let (f_cos, pdf_bsdf) = vertex.eval(light.wi);
+    connection_of(state, vertex, light, vertex.eval(light.wi), weight)
+}
+
+/// The same where f cosθ and p of the BSDF are known.
+#[inline]
+pub fn connection_of(
+    state: &PathState,
+    vertex: &Vertex,
+    light: &LightSample,
+    (f_cos, pdf_bsdf): (Spectrum, f32),
+    weight: impl Fn(f32, f32) -> f32,
+) -> Option<ShadowQuery> {
     if f_cos.is_zero() || light.le.is_zero() {
         return None;
     }

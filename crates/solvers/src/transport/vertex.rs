@@ -4,7 +4,7 @@
 //! f_radiance(wo, wi) = f_importance(wi, wo), and a sampled refraction's weight is divided by η² [Veach 1997, §5.2]. Reflection is
 //! the same in both.
 
-use etendue_bsdf::{Bsdf, BsdfSample, Event, Scatter};
+use etendue_bsdf::{Bsdf, BsdfSample, Event, Pair, Scatter, Together};
 use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths};
 use etendue_scene::{Interaction, LightReference, Scene};
 
@@ -67,6 +67,12 @@ impl<'a> Vertex<'a> {
             let (f, pdf) = self.bsdf.eval_pdf(self.wo, wi);
             return (f * wi.z.abs(), pdf);
         }
+        self.eval_through(wi)
+    }
+
+    /// [`Vertex::eval`] for the local direction `wi` on the other side.
+    #[inline]
+    fn eval_through(&self, wi: Vec3) -> (Spectrum, f32) {
         if !self.bsdf.events().transmits() {
             return (Spectrum::ZERO, 0.0);
         }
@@ -77,6 +83,17 @@ impl<'a> Vertex<'a> {
             return (self.bsdf.eval(self.wo, wi) * (wi.z.abs() / (eta * eta)), pdf);
         }
         (self.bsdf.eval(wi, self.wo) * wi.z.abs(), pdf)
+    }
+
+    /// [`Vertex::eval`] of many, each a vertex and a direction.
+    pub(crate) fn eval_each(asked: &[(&Self, Vec3)], together: &mut Together, found: &mut Vec<(Spectrum, f32)>) {
+        let local = |(y, wi): &(&Self, Vec3)| y.x.shading.to_local(*wi);
+        let pairs: Vec<Pair<'_, '_>> = asked.iter().map(|q| Pair { bsdf: &q.0.bsdf, wo: q.0.wo, wi: local(q) }).collect();
+        together.eval_pdf(&pairs, found);
+        for ((y, _), (pair, f)) in asked.iter().zip(pairs.iter().zip(found)) {
+            let wi = pair.wi;
+            *f = if y.wo.z * wi.z >= 0.0 { (f.0 * wi.z.abs(), f.1) } else { y.eval_through(wi) };
+        }
     }
 
     /// A direction for radiance to arrive from.
@@ -91,7 +108,7 @@ impl<'a> Vertex<'a> {
     }
 
     #[inline(always)]
-    fn for_radiance(&self, s: &BsdfSample) -> VertexSample {
+    pub(crate) fn for_radiance(&self, s: &BsdfSample) -> VertexSample {
         let eta_scale = s.eta * s.eta;
         let weight = if s.wi.z * self.wo.z < 0.0 { s.weight / eta_scale } else { s.weight };
         let (wi, is_null) = (self.x.shading.to_world(s.wi), s.event.has_null());

@@ -1,8 +1,8 @@
 //! The layer's boundary: a dielectric, smooth or of facets [Walter et al. 2007].
 
-use super::super::rough_dielectric::Facet;
 use crate::Microfacets;
 use crate::fresnel::{self, reflect, refract};
+use crate::microfacet::facet::Facet;
 use etendue_numerics::{Vec2, Vec3};
 
 /// A boundary of index η over the outside's.
@@ -32,8 +32,8 @@ impl Boundary {
             return None;
         }
         let Some(facets) = self.facets else { return Some(Entry { d, weight: 1.0 - x.f, pdf: None }) };
-        let facet = Facet::of(m, w, d, self.eta, false, x.f)?;
-        let pdf = facets.pdf(w, m) * facet.jacobian;
+        let facet = Facet::known(&facets, self.eta, w, d, m)?;
+        let pdf = facet.pdf * facet.cos_o * facet.jacobian;
         let weight = (1.0 - x.f) * facets.unshadowed(w, d, m);
         (pdf > 0.0).then_some(Entry { d, weight, pdf: Some(pdf) })
     }
@@ -41,9 +41,9 @@ impl Boundary {
     /// f of a rough boundary for light that enters along `w` and goes on along `d`, without the cosine, and the density with which
     /// [`Boundary::enter`] finds it.
     pub(super) fn entering(&self, w: Vec3, d: Vec3) -> (f32, f32) {
-        let (Some(facets), Some(x)) = (self.facets, Facet::between(w, d, self.eta)) else { return (0.0, 0.0) };
-        let f = (1.0 - x.f) * facets.dg(w, d, x.m) * x.cos_o * x.jacobian;
-        (f, facets.pdf(w, x.m) * x.jacobian)
+        let Some(x) = self.facets.and_then(|facets| Facet::between(&facets, self.eta, w, d)) else { return (0.0, 0.0) };
+        let through = x.cos_o * x.jacobian;
+        ((1.0 - x.f) * x.dg * through, x.pdf * through)
     }
 
     /// Light that travels up along `d` is sent back: its direction, and how much of it there is.
