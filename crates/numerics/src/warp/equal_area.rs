@@ -7,24 +7,24 @@
 //!
 //! z > 0 fills the diamond in the middle, z < 0 the corners around it. Density 1/4π per sr.
 
-use crate::math::{FRAC_PI_2, FRAC_PI_4, atan2, safe_sqrt, sin_cos};
+use crate::math::{FRAC_PI_2, FRAC_PI_4, atan2, safe_sqrt, sin_cos_near};
 use glam::{Vec2, Vec3};
 
 /// The unit direction of a point of the unit square.
-#[inline]
+#[inline(always)] // so that loops over lanes become vectors
 pub fn square_to_equal_area_sphere(p: Vec2) -> Vec3 {
     let uv = 2.0 * p - 1.0;
     let a = uv.abs();
     let d = 1.0 - (a.x + a.y);
     let r = 1.0 - d.abs();
     let phi = (if r == 0.0 { 1.0 } else { (a.y - a.x) / r + 1.0 }) * FRAC_PI_4;
-    let (sin, cos) = sin_cos(phi);
+    let (sin, cos) = sin_cos_near(phi);
     let across = r * safe_sqrt(2.0 - r * r);
     Vec3::new(cos.copysign(uv.x) * across, sin.copysign(uv.y) * across, (1.0 - r * r).copysign(d))
 }
 
 /// The point of the unit square of a unit direction.
-#[inline]
+#[inline(always)] // so that loops over lanes become vectors
 pub fn equal_area_sphere_to_square(w: Vec3) -> Vec2 {
     let a = w.abs();
     let r = safe_sqrt(1.0 - a.z);

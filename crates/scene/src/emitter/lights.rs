@@ -11,6 +11,8 @@
 //!
 //! For light that sets out, primitives are chosen with probability ∝ Φ.
 
+mod sky;
+
 use super::record::{EmissionPdf, EmissionSample, Escape, LightId, LightQuery, LightReference, LightSample, Seen};
 use super::tree::{Descent, LightTree};
 use super::{Extent, Light, LightBounds, Model, of, scalar};
@@ -234,9 +236,12 @@ impl Lights {
             for stage in 0..2 {
                 choices.iter().filter_map(Descent::light).for_each(|i| self.fetch(scene, i, stage));
             }
+            let first = group * TOGETHER;
+            let wl = wl.get(first..).unwrap_or(&[]);
+            let skies = self.sample_sky(scene, &choices, queries, wl);
             for (i, (choice, query)) in choices.iter().zip(queries).enumerate() {
-                let i = group * TOGETHER + i;
-                found(i, self.chosen(scene, choice, query.u, of(wl, i)));
+                let sky = skies.get(i).copied().flatten();
+                found(first + i, sky.unwrap_or_else(|| self.chosen(scene, choice, query.u, of(wl, i))));
             }
         }
     }
@@ -293,7 +298,19 @@ impl Lights {
         u: Vec2,
         wl: &Wavelengths,
     ) -> Option<LightSample> {
-        // Which one.
+        let (distant, probability) = self.choose_distant(from, u_light)?;
+        let id = LightId { emitter: distant.emitter, primitive: 0 };
+        let sample = scene.emitter(id.emitter).model.sample(scene, from, id, u, wl)?;
+        if sample.pdf.is_delta() || self.distant.len() == 1 && self.environments.len() == 1 {
+            return Some(LightSample { pdf: times(sample.pdf, share * probability), ..sample });
+        }
+        // Any of the surroundings could have given this direction, and all of them shine from it.
+        let le: Spectrum = self.environments.iter().map(|e| scene.emitter(*e).le_escaped(from.p, sample.wi, wl)).sum();
+        Some(LightSample { le, pdf: Pdf::SolidAngle(self.pdf_escaped(scene, from, sample.wi)), ..sample })
+    }
+
+    /// Which distant light, with its probability.
+    fn choose_distant(&self, from: &LightReference, u_light: f64) -> Option<(&Distant, f32)> {
         let total = self.distant_irradiance(from);
         let mut rest = (u_light * f64::from(total)) as f32;
         let mut chosen = None;
@@ -307,16 +324,7 @@ impl Lights {
                 rest -= weight;
             }
         }
-        let (distant, probability) = chosen?;
-
-        let id = LightId { emitter: distant.emitter, primitive: 0 };
-        let sample = scene.emitter(id.emitter).model.sample(scene, from, id, u, wl)?;
-        if sample.pdf.is_delta() || self.distant.len() == 1 && self.environments.len() == 1 {
-            return Some(LightSample { pdf: times(sample.pdf, share * probability), ..sample });
-        }
-        // Any of the surroundings could have given this direction, and all of them shine from it.
-        let le: Spectrum = self.environments.iter().map(|e| scene.emitter(*e).le_escaped(from.p, sample.wi, wl)).sum();
-        Some(LightSample { le, pdf: Pdf::SolidAngle(self.pdf_escaped(scene, from, sample.wi)), ..sample })
+        chosen
     }
 
     /// The densities with which [`Lights::sample_emission`] lets light leave `x` towards `x.wo`; the choice of the light is in the density by area.

@@ -20,6 +20,7 @@ mod envmap;
 mod extent;
 mod goniometric;
 mod infinity;
+mod lane;
 mod lights;
 mod lone;
 mod octahedral;

@@ -6,10 +6,12 @@
 //! ```
 //!
 //! Texels are even: pbrt looks them up so. `scale` is s; with `illuminance` s is such that the upper half (z > 0) gives a plane that much,
-//! by a luminous efficacy of 1.
+//! by a luminous efficacy of 1. Many rays and many light samples are worked on together (`lanes`), to the same bits.
+
+mod lanes;
 
 use super::infinity::{emission_pdf, emission_sample, light_sample, power};
-use super::{EmissionPdf, EmissionSample, Extent, Light, LightId, LightReference, LightSample, scalar};
+use super::{EmissionPdf, EmissionSample, Escape, Extent, Light, LightId, LightQuery, LightReference, LightSample, Seen, scalar};
 use crate::scene::Scene;
 use crate::texture::{Role, Texels};
 use etendue_numerics::math::PI;
@@ -60,13 +62,23 @@ impl Octahedral {
 
     /// The texel, (column, row), of a unit direction in the picture's coordinates.
     fn texel_of(&self, local: Vec3) -> (usize, usize) {
-        let uv = equal_area_sphere_to_square(local);
-        let at = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
-        (at(uv.x, self.texels.width()), at(uv.y, self.texels.height()))
+        let (column, row) = texel_of(self.size(), local);
+        (column as usize, row as usize)
+    }
+
+    /// Columns and rows.
+    fn size(&self) -> [i32; 2] {
+        [self.texels.width(), self.texels.height()].map(|n| n as i32)
     }
 
     fn radiance(&self, (column, row): (usize, usize), wl: &Wavelengths) -> Spectrum {
-        Role::Emission.spectrum(self.texels.texel(column, row).max(0.0), wl) * self.scale
+        self.light(self.texels.texel(column, row), wl)
+    }
+
+    /// Le of a texel; below zero there is no light.
+    #[inline]
+    fn light(&self, texel: Spectrum, wl: &Wavelengths) -> Spectrum {
+        Role::Emission.spectrum(texel.max(0.0), wl) * self.scale
     }
 
     /// p_w of a texel.
@@ -91,6 +103,14 @@ impl Octahedral {
     }
 }
 
+/// The texel of a unit direction in the picture's coordinates.
+#[inline(always)]
+fn texel_of([width, height]: [i32; 2], local: Vec3) -> (i32, i32) {
+    let uv = equal_area_sphere_to_square(local);
+    let at = |x: f32, n: i32| ((x * n as f32) as i32).min(n - 1);
+    (at(uv.x, width), at(uv.y, height))
+}
+
 impl Light for Octahedral {
     fn le_escaped(&self, _: Vec3, d: Vec3, wl: &Wavelengths) -> Spectrum {
         self.radiance(self.texel_of(self.axes.to_local(d)), wl)
@@ -100,9 +120,24 @@ impl Light for Octahedral {
         self.density(self.texel_of(self.axes.to_local(wi)))
     }
 
+    fn escaped_each<'a>(&self, rays: impl Iterator<Item = Escape<'a>>, found: impl FnMut(&Escape<'a>, Seen)) {
+        self.seen_each(rays, found);
+    }
+
     fn sample(&self, scene: &Scene, from: &LightReference, id: LightId, u: Vec2, wl: &Wavelengths) -> Option<LightSample> {
         let (local, pdf_w, le) = self.sample_local(u, wl)?;
         Some(light_sample(scene, from, id, self.axes.to_world(local), Pdf::SolidAngle(pdf_w), le))
+    }
+
+    fn sample_each(
+        &self,
+        scene: &Scene,
+        id: LightId,
+        queries: &[LightQuery],
+        wl: &[Wavelengths],
+        found: impl FnMut(usize, Option<LightSample>),
+    ) {
+        self.drawn_each(scene, id, queries, wl, found);
     }
 
     fn pdf_emission_escaped(&self, scene: &Scene, wi: Vec3) -> EmissionPdf {

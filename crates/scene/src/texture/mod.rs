@@ -30,7 +30,7 @@ pub use mapping::{Chart, Mapping, Space};
 pub use mesh_attribute::MeshAttribute;
 pub use noise::{Dots, Marble, Noise, Turbulence, noise};
 pub use slot::{Color, ColorSlot, Role, ScalarSlot};
-pub(crate) use texels::Fours;
+pub(crate) use texels::TexelLanes;
 pub use texels::Texels;
 pub use uv::UvMap;
 

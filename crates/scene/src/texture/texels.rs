@@ -12,8 +12,8 @@
 use etendue_image::{Depth, Encoding, Image, Primaries, Transfer};
 use etendue_numerics::{Spectrum, wide};
 
-/// Four texels for each of N lanes, \[which]\[channel]\[lane].
-pub(crate) type Fours<const N: usize> = [[[f32; N]; 3]; 4];
+/// K texels for each of N lanes, \[which]\[channel]\[lane].
+pub(crate) type TexelLanes<const K: usize, const N: usize> = [[[f32; N]; 3]; K];
 
 /// Texels, row by row from the top.
 #[derive(Clone, Debug)]
@@ -114,8 +114,13 @@ impl Texels {
         }
     }
 
-    /// Four texels at (column, row) for each of the first `count` lanes, all within the picture: [`Texels::texel`] of each, decoded side by side.
-    pub(crate) fn read_each<const N: usize>(&self, count: usize, at: impl Fn(usize) -> [[usize; 2]; 4], to: &mut Fours<N>) {
+    /// K texels at (column, row) for each of the first `count` lanes, all within the picture: [`Texels::texel`] of each, decoded side by side.
+    pub(crate) fn read_each<const K: usize, const N: usize>(
+        &self,
+        count: usize,
+        at: impl Fn(usize) -> [[usize; 2]; K],
+        to: &mut TexelLanes<K, N>,
+    ) {
         match &self.data {
             Data::Bytes(d, light) => self.lift(d, count, at, |v| light[usize::from(v)], to),
             Data::Halves(d) => self.lift(d, count, at, from_half, to),
@@ -124,23 +129,26 @@ impl Texels {
     }
 
     #[inline(always)]
-    fn lift<T: Copy + Default, const N: usize>(
+    fn lift<T: Copy + Default, const K: usize, const N: usize>(
         &self,
         data: &[T],
         count: usize,
-        at: impl Fn(usize) -> [[usize; 2]; 4],
+        at: impl Fn(usize) -> [[usize; 2]; K],
         decode: impl Fn(T) -> f32,
-        to: &mut Fours<N>,
+        to: &mut TexelLanes<K, N>,
     ) {
-        let mut raw = [[[T::default(); N]; 3]; 4];
-        let count = count.min(N);
-        for lane in 0..count {
-            for ([r, g, b], [x, y]) in raw.iter_mut().zip(at(lane)) {
-                let i = y * self.width + x;
-                if self.grey {
-                    (r[lane], g[lane], b[lane]) = (data[i], data[i], data[i]);
-                } else {
-                    let rgb = &data[3 * i..][..3];
+        let (mut raw, count) = ([[[T::default(); N]; 3]; K], count.min(N));
+        if self.grey {
+            for lane in 0..count {
+                for ([r, g, b], [x, y]) in raw.iter_mut().zip(at(lane)) {
+                    let v = data[y * self.width + x];
+                    (r[lane], g[lane], b[lane]) = (v, v, v);
+                }
+            }
+        } else {
+            for lane in 0..count {
+                for ([r, g, b], [x, y]) in raw.iter_mut().zip(at(lane)) {
+                    let rgb = &data[3 * (y * self.width + x)..][..3];
                     (r[lane], g[lane], b[lane]) = (rgb[0], rgb[1], rgb[2]);
                 }
             }
@@ -202,25 +210,22 @@ impl Texels {
 }
 
 /// Stored numbers to light, on lanes.
-struct Decode<'a, T, F, const N: usize> {
-    raw: &'a [[[T; N]; 3]; 4],
+struct Decode<'a, T, F, const K: usize, const N: usize> {
+    raw: &'a [[[T; N]; 3]; K],
     lanes: usize,
     decode: F,
-    to: &'a mut Fours<N>,
+    to: &'a mut TexelLanes<K, N>,
 }
 
-impl<T: Copy, F: Fn(T) -> f32, const N: usize> wide::Job for Decode<'_, T, F, N> {
+impl<T: Copy, F: Fn(T) -> f32, const K: usize, const N: usize> wide::Job for Decode<'_, T, F, K, N> {
     type Output = ();
 
     #[inline(always)]
     fn run(self) {
         let lanes = self.lanes.min(N);
-        for which in 0..4 {
-            for channel in 0..3 {
-                let (from, to) = (&self.raw[which][channel], &mut self.to[which][channel]);
-                for i in 0..lanes {
-                    to[i] = (self.decode)(from[i]);
-                }
+        for (from, to) in self.raw.as_flattened().iter().zip(self.to.as_flattened_mut()) {
+            for i in 0..lanes {
+                to[i] = (self.decode)(from[i]);
             }
         }
     }

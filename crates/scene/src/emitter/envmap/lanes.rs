@@ -5,27 +5,12 @@
 
 use super::{Environment, across, azimuth, below, down, height, toward};
 use crate::emitter::infinity::{outside, scene_sphere};
+use crate::emitter::lane::{Lane, Lane3, MANY, get, set};
 use crate::emitter::{Escape, LightId, LightQuery, LightSample, Seen, of};
 use crate::scene::Scene;
-use crate::texture::{Fours, Role};
+use crate::texture::{Role, TexelLanes};
 use etendue_numerics::table::Cells;
-use etendue_numerics::{Frame, Pdf, Spectrum, Vec2, Vec3, Wavelengths, wide};
-
-/// Directions that are worked on together.
-const MANY: usize = 64;
-
-type Lane<T = f32> = [T; MANY];
-type Lane3 = [Lane; 3];
-
-#[inline(always)]
-fn get([x, y, z]: &Lane3, i: usize) -> Vec3 {
-    Vec3::new(x[i], y[i], z[i])
-}
-
-#[inline(always)]
-fn set([x, y, z]: &mut Lane3, i: usize, v: Vec3) {
-    (x[i], y[i], z[i]) = (v.x, v.y, v.z);
-}
+use etendue_numerics::{Pdf, Spectrum, Vec2, Vec3, Wavelengths, wide};
 
 /// Places in the picture: a cell, and where in it.
 struct Places {
@@ -108,20 +93,21 @@ impl Environment {
                 let row = drawn.row[i] as usize;
                 ([v.top[i], v.per_sr[i]], v.bottom[i]) = (self.rows[row], self.rows[row + 1][0]);
             }
-            wide::widest(Aim { sky: self, sphere: scene_sphere(scene), drawn: &drawn, v: &mut v });
+            wide::widest(Aim { sky: self, drawn: &drawn, v: &mut v });
 
             // Those that are of use stand close together.
             places.count = 0;
             for i in 0..v.count {
                 let k = places.count;
                 (places.column[k], places.row[k]) = (drawn.column[i] as i32, drawn.row[i] as i32);
-                (places.x[k], places.y[k]) = (drawn.rest[0][i], v.y[i]);
+                (places.x[k], v.cos[k]) = (drawn.rest[0][i], v.cos[i]);
                 if v.faces[i] != 0 {
                     let (column, row) = places.cell(k);
                     self.fetch(column, row);
                     places.count += 1;
                 }
             }
+            wide::widest(Rest { sky: self, sphere: scene_sphere(scene), v: &mut v, places: &mut places });
             self.look(&mut places);
             let mut k = 0;
             for i in 0..v.count {
@@ -197,7 +183,7 @@ impl wide::Job for Find<'_> {
 /// The interpolation of [`Environment::radiance`].
 struct Between<'a> {
     scale: f32,
-    texels: &'a Fours<MANY>,
+    texels: &'a TexelLanes<4, MANY>,
     places: &'a mut Places,
 }
 
@@ -235,8 +221,6 @@ struct Draws {
     per_sr: Lane,
     phi: Lane,
     cos: Lane,
-    /// Where in its row of cells.
-    y: Lane,
     wi: Lane3,
     far: Lane3,
     pdf: Lane,
@@ -258,7 +242,6 @@ impl Draws {
             per_sr: one,
             phi: one,
             cos: one,
-            y: one,
             wi: three,
             far: three,
             pdf: one,
@@ -270,7 +253,6 @@ impl Draws {
 /// [`Environment::direction`], in the world.
 struct Aim<'a> {
     sky: &'a Environment,
-    sphere: (Vec3, f32),
     drawn: &'a Cells<MANY>,
     v: &'a mut Draws,
 }
@@ -280,8 +262,8 @@ impl wide::Job for Aim<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { sky, sphere, drawn, v } = self;
-        let (width, rows, axes, lanes): (_, _, Frame, _) = (sky.width, sky.height, sky.axes, wide::padded::<MANY>(v.count));
+        let Self { sky, drawn, v } = self;
+        let (width, axes, lanes) = (sky.width, sky.axes, wide::padded::<MANY>(v.count));
         for i in 0..lanes {
             v.phi[i] = azimuth(width, drawn.column[i] as i32 as f32, drawn.rest[0][i]);
             v.cos[i] = height(v.top[i], v.bottom[i], drawn.rest[1][i]);
@@ -292,13 +274,32 @@ impl wide::Job for Aim<'_> {
             set(&mut v.wi, i, wi);
         }
         for i in 0..lanes {
-            v.y[i] = below(rows, drawn.row[i] as i32 as f32, v.cos[i]);
-        }
-        for i in 0..lanes {
             let (wi, n) = (get(&v.wi, i), get(&v.n, i));
-            set(&mut v.far, i, outside(sphere, get(&v.p, i), wi));
             let free = (v.one_sided[i] == 0) | ((n.x == 0.0) & (n.y == 0.0) & (n.z == 0.0));
             v.faces[i] = u32::from(free | (n.dot(wi) > 0.0));
+        }
+    }
+}
+
+/// What is computed while texels are on their way: points far outside, and where in their rows of cells the places of use are.
+struct Rest<'a> {
+    sky: &'a Environment,
+    sphere: (Vec3, f32),
+    v: &'a mut Draws,
+    places: &'a mut Places,
+}
+
+impl wide::Job for Rest<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { sky, sphere, v, places } = self;
+        for i in 0..wide::padded::<MANY>(places.count) {
+            places.y[i] = below(sky.height, places.row[i] as f32, v.cos[i]);
+        }
+        for i in 0..wide::padded::<MANY>(v.count) {
+            set(&mut v.far, i, outside(sphere, get(&v.p, i), get(&v.wi, i)));
         }
     }
 }
