@@ -3,17 +3,11 @@
 //! What has numbers alone goes on lanes ([`etendue_numerics::wide`]), facets of one distribution side by side: normals drawn, D, G, F,
 //! Jacobians. What has colours or chooses goes lobe by lobe ([`crate::lobes`], `Faceted`), and so does all that is no single such lobe.
 
-use crate::lobes::faceted::{Turn, upwards};
-use crate::microfacet::facet::Facet;
+use crate::lobes::faceted::Turn;
+use crate::microfacet::lanes::{Facets, Find, LANES, Normals, get, set};
 use crate::slot::Slot;
 use crate::{Bsdf, BsdfSample, Microfacets, Ndf, Scatter};
 use etendue_numerics::{Spectrum, Vec2, Vec3, wide};
-
-/// Pairs that are worked on together.
-const LANES: usize = 64;
-
-type Lane = [f32; LANES];
-type Lane3 = [Lane; 3];
 
 /// What [`Scatter::eval_pdf`] is asked.
 #[derive(Clone, Copy, Debug)]
@@ -45,51 +39,14 @@ pub struct Together {
     count: usize,
     /// Which question each lane belongs to.
     asked: [usize; LANES],
-    towards: Lane,
+    towards: [f32; LANES],
     facets: Box<Facets>,
     turns: [Option<Turn>; LANES],
 }
 
-/// Facets side by side.
-#[derive(Debug)]
-struct Facets {
-    alpha: [Lane; 2],
-    eta: Lane,
-    wo: Lane3,
-    wi: Lane3,
-    u: [Lane; 2],
-    /// Normals drawn, or found; and which are known.
-    m: Lane3,
-    is_known: [u32; LANES],
-    cos_o: Lane,
-    jacobian: Lane,
-    f: Lane,
-    dg: Lane,
-    pdf: Lane,
-    reflects: [u32; LANES],
-    is_there: [u32; LANES],
-}
-
 impl Default for Together {
     fn default() -> Self {
-        let (one, three, flags) = ([0.0; LANES], [[0.0; LANES]; 3], [0; LANES]);
-        let facets = Facets {
-            alpha: [one; 2],
-            eta: one,
-            wo: three,
-            wi: three,
-            u: [one; 2],
-            m: three,
-            is_known: flags,
-            cos_o: one,
-            jacobian: one,
-            f: one,
-            dg: one,
-            pdf: one,
-            reflects: flags,
-            is_there: flags,
-        };
-        Self { count: 0, asked: [0; LANES], towards: one, facets: Box::new(facets), turns: [None; LANES] }
+        Self { count: 0, asked: [0; LANES], towards: [0.0; LANES], facets: Box::default(), turns: [None; LANES] }
     }
 }
 
@@ -205,96 +162,4 @@ fn faceted<'q, 'a>(bsdf: &'q Bsdf<'a>) -> Option<(&'q Slot<'a>, &'q Microfacets,
     let slot = bsdf.only()?;
     let (facets, eta) = slot.lobe.facets()?;
     facets.samples_visible().then_some((slot, facets, eta))
-}
-
-#[inline(always)]
-fn get(v: &Lane3, i: usize) -> Vec3 {
-    Vec3::new(v[0][i], v[1][i], v[2][i])
-}
-
-#[inline(always)]
-fn set(v: &mut Lane3, i: usize, x: Vec3) {
-    (v[0][i], v[1][i], v[2][i]) = (x.x, x.y, x.z);
-}
-
-impl Facets {
-    #[inline(always)]
-    fn surface(&self, i: usize, ndf: Ndf) -> Microfacets {
-        Microfacets::of_visible(ndf, Vec2::new(self.alpha[0][i], self.alpha[1][i]))
-    }
-
-    #[inline(always)]
-    fn facet(&self, i: usize) -> Option<Facet> {
-        (self.is_there[i] != 0).then(|| Facet {
-            m: get(&self.m, i),
-            cos_o: self.cos_o[i],
-            jacobian: self.jacobian[i],
-            f: self.f[i],
-            dg: self.dg[i],
-            pdf: self.pdf[i],
-            reflects: self.reflects[i] != 0,
-            is_there: true,
-        })
-    }
-}
-
-/// Draws normals.
-struct Normals<'a> {
-    facets: &'a mut Facets,
-    count: usize,
-    ndf: Ndf,
-}
-
-impl wide::Job for Normals<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let (x, n) = (self.facets, self.count.next_multiple_of(wide::PAD).min(LANES));
-        if self.ndf == Ndf::Beckmann {
-            // Searched for one by one.
-            for i in 0..self.count {
-                let m = x.surface(i, Ndf::Beckmann).sample(upwards(get(&x.wo, i)), Vec2::new(x.u[0][i], x.u[1][i]));
-                set(&mut x.m, i, m);
-            }
-            return;
-        }
-        for i in 0..n {
-            let m = x.surface(i, Ndf::Ggx).sample_ggx(upwards(get(&x.wo, i)), Vec2::new(x.u[0][i], x.u[1][i]));
-            set(&mut x.m, i, m);
-        }
-    }
-}
-
-/// Finds the facets between directions.
-struct Find<'a> {
-    facets: &'a mut Facets,
-    count: usize,
-    ndf: Ndf,
-}
-
-impl wide::Job for Find<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let n = self.count.next_multiple_of(wide::PAD).min(LANES);
-        match self.ndf {
-            Ndf::Beckmann => find(self.facets, n, Ndf::Beckmann),
-            Ndf::Ggx => find(self.facets, n, Ndf::Ggx),
-            Ndf::GgxCorrelated => find(self.facets, n, Ndf::GgxCorrelated),
-        }
-    }
-}
-
-#[inline(always)]
-fn find(x: &mut Facets, n: usize, ndf: Ndf) {
-    for i in 0..n {
-        let (wo, wi, m) = (get(&x.wo, i), get(&x.wi, i), get(&x.m, i));
-        let facet = Facet::of(&x.surface(i, ndf), x.eta[i], wo, wi, m, x.is_known[i] != 0);
-        set(&mut x.m, i, facet.m);
-        (x.cos_o[i], x.jacobian[i], x.f[i]) = (facet.cos_o, facet.jacobian, facet.f);
-        (x.dg[i], x.pdf[i]) = (facet.dg, facet.pdf);
-        (x.reflects[i], x.is_there[i]) = (u32::from(facet.reflects), u32::from(facet.is_there));
-    }
 }

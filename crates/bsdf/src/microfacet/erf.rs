@@ -7,13 +7,19 @@ use etendue_numerics::math::{exp, ln};
 use std::f32::consts::FRAC_2_SQRT_PI;
 
 /// Σ cₖ xᵏ.
-#[inline]
+#[inline(always)]
 fn polynomial<const N: usize>(c: &[f32; N], x: f32) -> f32 {
-    c.iter().rev().fold(0.0, |sum, c| sum * x + c)
+    // Horner's scheme, by hand: an iterator may stay a call, which loops over lanes must not hold.
+    let (mut sum, mut k) = (0.0, N);
+    while k > 0 {
+        k -= 1;
+        sum = sum * x + c[k];
+    }
+    sum
 }
 
 /// erf(x) for any x.
-#[inline]
+#[inline(always)]
 pub fn erf(x: f32) -> f32 {
     const P: [f32; 7] = [FRAC_2_SQRT_PI, -0.376_126_27, 0.112_835_97, -0.026_854_329, 0.005_189_312, -8.018_855e-4, 7.882_497e-5];
     const Q: [f32; 8] =
@@ -29,7 +35,7 @@ pub fn erf(x: f32) -> f32 {
 }
 
 /// erf⁻¹(y), -1 < y < 1.
-#[inline]
+#[inline(always)]
 pub fn erf_inv(y: f32) -> f32 {
     const CENTRAL: [f32; 9] = [
         1.501_409_4,

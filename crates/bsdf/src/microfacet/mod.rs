@@ -19,6 +19,7 @@ mod beckmann;
 pub mod coat;
 mod erf;
 pub(crate) mod facet;
+pub(crate) mod lanes;
 pub mod transmittance;
 
 use etendue_numerics::{
@@ -207,7 +208,18 @@ impl Microfacets {
     /// [Heitz 2018, §3].
     #[inline(always)]
     fn stretched(&self, wo: Vec3, draw: impl Fn(Vec3) -> Vec3) -> Vec3 {
-        let h = draw(Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize());
+        self.unstretched(draw(self.stretched_direction(wo)))
+    }
+
+    /// `wo` as the surface of roughness 1 is seen.
+    #[inline(always)]
+    pub(crate) fn stretched_direction(&self, wo: Vec3) -> Vec3 {
+        Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize()
+    }
+
+    /// The normal that is `h`, of any length, on the surface of roughness 1.
+    #[inline(always)]
+    pub(crate) fn unstretched(&self, h: Vec3) -> Vec3 {
         let m = Vec3::new(self.alpha.x * h.x, self.alpha.y * h.y, h.z.max(0.0));
         let scale = m.length_recip();
         if scale.is_finite() & (scale > 0.0) { m * scale } else { Vec3::Z }
