@@ -140,10 +140,11 @@ impl Mesh {
     /// The point at barycentrics of a triangle.
     #[inline(always)] // as a return value it would go through memory
     pub(super) fn point(&self, triangle: u32, bary: Vec2) -> SurfacePoint {
-        let index = self.indices[triangle as usize];
-        let corners = self.corners(index);
+        // Corners one by one, here and below: an array that moves is stored in pieces, and waited for.
+        let index = &self.indices[triangle as usize];
         let b = [1.0 - bary.x - bary.y, bary.x, bary.y];
-        let [q0, q1, q2] = std::array::from_fn(|i| corners[i] * b[i]);
+        let q = |i: usize| self.positions[index[i] as usize] * b[i];
+        let (q0, q1, q2) = (q(0), q(1), q(2));
         let p = q0 + q1 + q2;
 
         // Rounding of the sum [Pharr, Jakob, Humphreys 2023, §6.8.5], and what the triangle adds.
@@ -170,20 +171,19 @@ impl Mesh {
         if self.uvs.is_empty() {
             return if self.pbrt_uv { Vec2::new(bary.x + bary.y, bary.y) } else { bary };
         }
-        interpolate(&self.uvs, self.indices[triangle as usize], [1.0 - bary.x - bary.y, bary.x, bary.y])
+        interpolate(&self.uvs, &self.indices[triangle as usize], [1.0 - bary.x - bary.y, bary.x, bary.y])
     }
 
     /// ∂p/∂u and ∂p/∂v of a triangle; any tangents where its texture coordinates do not span the plane.
     #[inline(always)]
     fn tangents(&self, triangle: u32) -> (Vec3, Vec3) {
-        let index = self.indices[triangle as usize];
-        let [p0, p1, p2] = self.corners(index);
-        let (e1, e2) = (p1 - p0, p2 - p0);
+        let index = &self.indices[triangle as usize];
+        let (p, t) = (|i: usize| self.positions[index[i] as usize], |i: usize| self.uvs[index[i] as usize]);
+        let (e1, e2) = (p(1) - p(0), p(2) - p(0));
         if self.uvs.is_empty() {
             return (e1, if self.pbrt_uv { e2 - e1 } else { e2 });
         }
-        let [t0, t1, t2] = index.map(|i| self.uvs[i as usize]);
-        let (d1, d2) = (t1 - t0, t2 - t0);
+        let (d1, d2) = (t(1) - t(0), t(2) - t(0));
         let determinant = d1.perp_dot(d2);
         let scale = determinant.recip();
         let (dp_du, dp_dv) = ((e1 * d2.y - e2 * d1.y) * scale, (e2 * d1.x - e1 * d2.x) * scale);
@@ -202,10 +202,10 @@ pub(super) fn cross([p0, p1, p2]: [Vec3; 3]) -> DVec3 {
 }
 
 /// b0 x0 + b1 x1 + b2 x2.
-#[inline]
-fn interpolate<T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(x: &[T], index: [u32; 3], b: [f32; 3]) -> T {
-    let [x0, x1, x2] = index.map(|i| x[i as usize]);
-    x0 * b[0] + x1 * b[1] + x2 * b[2]
+#[inline(always)]
+fn interpolate<T: Copy + std::ops::Mul<f32, Output = T> + std::ops::Add<Output = T>>(x: &[T], index: &[u32; 3], b: [f32; 3]) -> T {
+    let [i, j, k] = index;
+    x[*i as usize] * b[0] + x[*j as usize] * b[1] + x[*k as usize] * b[2]
 }
 
 impl Geometry for Mesh {
