@@ -31,7 +31,8 @@ struct Candidates {
 impl Avx2 {
     #[inline]
     #[target_feature(enable = "avx2,fma")]
-    pub fn prepared(setup: Setup) -> Self {
+    fn prepare(ray: &Ray) -> Self {
+        let setup = Setup::new(ray);
         let splat = |x: [f32; 3]| [_mm256_set1_ps(x[0]), _mm256_set1_ps(x[1]), _mm256_set1_ps(x[2])];
         Self { o: splat(setup.o), near: splat(setup.near), far: splat(setup.far), setup }
     }
@@ -178,31 +179,12 @@ impl Avx2 {
     }
 }
 
-/// [`Kernel::closest`] of a ray that was prepared elsewhere.
-#[target_feature(enable = "avx2,fma,bmi1,bmi2")]
-pub(super) fn closest<S: CustomShapes>(
-    setup: Setup,
-    start: Start<'_>,
-    ray: &Ray,
-    shapes: &S,
-    instance: u32,
-    nearest: &mut Nearest,
-) {
-    super::closest_in(Avx2::prepared(setup), start, ray, shapes, instance, nearest);
-}
-
-/// [`Kernel::occluded`] of a ray that was prepared elsewhere.
-#[target_feature(enable = "avx2,fma,bmi1,bmi2")]
-pub(super) fn occluded<S: CustomShapes>(setup: Setup, start: Start<'_>, ray: &Ray, shapes: &S) -> bool {
-    super::occluded_in(Avx2::prepared(setup), start, ray, shapes, &mut None)
-}
-
 // SAFETY of all calls below: this kernel is only used where `Path::best` found its features.
 impl Kernel for Avx2 {
     #[inline(always)]
     fn new(ray: &Ray) -> Self {
         // SAFETY: see above.
-        unsafe { Self::prepared(Setup::new(ray)) }
+        unsafe { Self::prepare(ray) }
     }
 
     #[inline(always)]
@@ -226,7 +208,7 @@ impl Kernel for Avx2 {
     fn closest<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
         fn compiled<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
-            super::closest_in(Avx2::new(ray), start, ray, shapes, instance, nearest);
+            super::closest_in::<Avx2, S>(start, ray, shapes, instance, nearest);
         }
         // SAFETY: see above.
         unsafe { compiled(start, ray, shapes, instance, nearest) }
@@ -235,7 +217,7 @@ impl Kernel for Avx2 {
     fn occluded<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
         #[target_feature(enable = "avx2,fma,bmi1,bmi2")]
         fn compiled<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
-            super::occluded_in(Avx2::new(ray), start, ray, shapes, last)
+            super::occluded_in::<Avx2, S>(start, ray, shapes, last)
         }
         // SAFETY: see above.
         unsafe { compiled(start, ray, shapes, last) }

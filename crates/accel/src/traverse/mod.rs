@@ -319,16 +319,10 @@ fn enter_occluded<S: CustomShapes>(accel: &Accel, ray: &Ray, shapes: &S, path: P
 
 /// Walks one tree front to back, keeping the nearest hit.
 #[inline(always)]
-fn closest_in<K: Kernel, S: CustomShapes>(
-    kernel: K,
-    start: Start<'_>,
-    ray: &Ray,
-    shapes: &S,
-    instance: u32,
-    nearest: &mut Nearest,
-) {
+fn closest_in<K: Kernel, S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
     let Start { accel, child: mut current } = start;
     let tree = &accel.tree;
+    let kernel = K::new(ray);
     let mut stack = Stack::<u64, STACK>::new();
     loop {
         if current.is_node() {
@@ -381,9 +375,10 @@ fn closest_in<K: Kernel, S: CustomShapes>(
 
 /// Walks one tree until something is hit. `last` is the leaf of triangles that stopped the last ray: it is looked at first.
 #[inline(always)]
-fn occluded_in<K: Kernel, S: CustomShapes>(kernel: K, start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
+fn occluded_in<K: Kernel, S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
     let Start { accel, child: mut current } = start;
     let tree = &accel.tree;
+    let kernel = K::new(ray);
     if last.is_some_and(|leaf| stops(&kernel, tree, leaf, ray.t_max)) {
         return true;
     }

@@ -10,7 +10,7 @@
 
 use super::MOST_NODES_OF_PACKETS;
 use super::plain::TINY;
-use super::setup::{SLACK, Setup};
+use super::setup::SLACK;
 use super::stack::Stack;
 use crate::layout::{Child, Node, ROWS, Tree, WIDTH};
 use etendue_numerics::Ray;
@@ -109,13 +109,6 @@ impl Packet {
             shear: [_mm512_mul_ps(d[x], inverse[z]), _mm512_mul_ps(d[y], inverse[z]), inverse[z]],
             lanes,
         }
-    }
-
-    /// A ray of the packet, prepared as [`Setup::new`] does.
-    #[inline]
-    pub fn setup(&self, lane: usize) -> Setup {
-        let of = |x: &[__m512; 3]| [at(&x[0], lane), at(&x[1], lane), at(&x[2], lane)];
-        Setup { o: of(&self.o), near: of(&self.near), far: of(&self.far), rows: self.rows, axes: self.axes, shear: of(&self.shear) }
     }
 
     /// Where the rays enter the box of child `i`, and which of `lanes` do within [0, `best`].

@@ -146,10 +146,10 @@ impl Kernel for Plain {
     }
 
     fn closest<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, instance: u32, nearest: &mut Nearest) {
-        super::closest_in(Self::new(ray), start, ray, shapes, instance, nearest);
+        super::closest_in::<Self, S>(start, ray, shapes, instance, nearest);
     }
 
     fn occluded<S: CustomShapes>(start: Start<'_>, ray: &Ray, shapes: &S, last: &mut Option<Child>) -> bool {
-        super::occluded_in(Self::new(ray), start, ray, shapes, last)
+        super::occluded_in::<Self, S>(start, ray, shapes, last)
     }
 }

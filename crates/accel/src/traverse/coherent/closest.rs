@@ -1,9 +1,9 @@
 //! The nearest hits of rays that stay together.
 
-use super::super::avx2::{self, Avx2};
+use super::super::avx2::Avx2;
 use super::super::packet::{Meeting, RAYS};
 use super::super::stack::Stack;
-use super::super::{Kernel, LaneHit, Nearest, STACK, Start, closest_other, fetch};
+use super::super::{Kernel, Nearest, STACK, Start, closest_other, fetch};
 use super::{FEW, Hull, Rays, Waiting, places};
 use crate::instance::Other;
 use crate::layout::{Child, ROWS, Tree, WIDTH};
@@ -63,25 +63,15 @@ impl Found {
         _mm512_mask_reduce_max_ps(lanes, self.best())
     }
 
-    /// Puts a leaf's triangles before `lanes` of the rays: one by one before all of them, or all before one by one.
+    /// Puts a leaf's triangles before `lanes` of the rays.
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
     fn meet(&mut self, tree: &Tree, leaf: Child, rays: &Rays<'_>, lanes: __mmask16, instance: u32) {
         let (start, count) = leaf.run();
         let corners = &tree.corners[start * ROWS..];
-        if 2 * lanes.count_ones() as usize > count {
-            for k in 0..count {
-                if let Some(meeting) = rays.packet.meeting(corners, k, count, self.best(), lanes) {
-                    self.take(&meeting, tree.items[start + k], instance);
-                }
-            }
-            return;
-        }
-        for i in places(lanes) {
-            // SAFETY: the build makes leaves of `count` triangles from reference `start` on, and pads the end.
-            let hit = unsafe { Avx2::prepared(rays.packet.setup(i)).nearest(corners.as_ptr(), count, self.t[i]) };
-            if let Some(LaneHit { t, u, v, lane }) = hit {
-                self.update(i, |nearest| nearest.hear(t, u, v, instance, tree.items[start + lane]));
+        for k in 0..count {
+            if let Some(meeting) = rays.packet.meeting(corners, k, count, self.best(), lanes) {
+                self.take(&meeting, tree.items[start + k], instance);
             }
         }
     }
@@ -131,8 +121,7 @@ fn closest_in<S: CustomShapes>(accel: &Accel, rays: &Rays<'_>, shapes: &S, insta
     let (tree, all) = (&accel.tree, packet.lanes);
     let singly = |found: &mut Found, child: Child, lanes: __mmask16| {
         for i in places(lanes) {
-            let (setup, ray) = (packet.setup(i), rays.ray(i));
-            found.update(i, |nearest| avx2::closest(setup, Start { accel, child }, &ray, shapes, instance, nearest));
+            found.update(i, |nearest| Avx2::closest(Start { accel, child }, &rays.ray(i), shapes, instance, nearest));
         }
     };
     let Some(hull) = Hull::of(packet, all) else { return singly(found, current, all) };
@@ -153,7 +142,8 @@ fn closest_in<S: CustomShapes>(accel: &Accel, rays: &Rays<'_>, shapes: &S, insta
                 stack.push_above(bottom, Waiting { node: current.0, enter, lanes, slot }, |w| w.enter >= enter);
             }
         } else {
-            if current.is_node() {
+            let is_few = |child: Child| 2 * lanes.count_ones() as usize <= child.run().1;
+            if current.is_node() || current.is_triangles() && is_few(current) {
                 singly(found, current, lanes);
             } else if current.is_triangles() {
                 found.meet(tree, current, rays, lanes, instance);

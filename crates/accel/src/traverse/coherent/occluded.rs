@@ -1,8 +1,8 @@
 //! Whether anything stands in the way of rays that stay together.
 
-use super::super::avx2::{self, Avx2};
+use super::super::avx2::Avx2;
 use super::super::stack::Stack;
-use super::super::{STACK, Start, fetch, occluded_other};
+use super::super::{Kernel, STACK, Start, fetch, occluded_other};
 use super::{FEW, Hull, Rays, Waiting, places};
 use crate::instance::Other;
 use crate::layout::{Child, WIDTH};
@@ -38,7 +38,7 @@ fn occluded_in<S: CustomShapes>(
     let (tree, mut open) = (&accel.tree, packet.lanes);
     let Some(mut current) = tree.root else { return open };
     let singly = |child: Child, lanes: __mmask16| {
-        let stops = |i: &usize| avx2::occluded(packet.setup(*i), Start { accel, child }, &rays.ray(*i), shapes);
+        let stops = |i: &usize| Avx2::occluded(Start { accel, child }, &rays.ray(*i), shapes, &mut None);
         places(lanes).filter(stops).fold(0, |stopped, i| stopped | 1 << i)
     };
     if let Some(leaf) = *last {
