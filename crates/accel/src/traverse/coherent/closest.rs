@@ -142,7 +142,7 @@ fn closest_in<S: CustomShapes>(accel: &Accel, rays: &Rays<'_>, shapes: &S, insta
                 stack.push_above(bottom, Waiting { node: current.0, enter, lanes, slot }, |w| w.enter >= enter);
             }
         } else {
-            let is_few = |child: Child| 2 * lanes.count_ones() as usize <= child.run().1;
+            let is_few = |child: Child| 4 * lanes.count_ones() as usize <= child.run().1;
             if current.is_node() || current.is_triangles() && is_few(current) {
                 singly(found, current, lanes);
             } else if current.is_triangles() {
