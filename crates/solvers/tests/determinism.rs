@@ -236,7 +236,11 @@ fn foreign_and_damaged_checkpoints_are_refused() {
     refused(attempt(9, 3, Stop::Samples(7)), &bytes, "sample count of 6");
     refused(attempt(9, 3, Stop::Noise { percent: 1.0, limit: 96 }), &bytes, "noise target");
     let (_, _, even) = attempt(9, 3, NOISE).run(Some((2, 1)), None).expect("runs");
-    refused(Attempt { spread: Spread::Adaptive, ..attempt(9, 3, NOISE) }, &even, "more samples where there is noise");
+    refused(
+        Attempt { spread: Spread::Adaptive, ..attempt(9, 3, NOISE) },
+        &even,
+        "a uniform spread, this render has an adaptive spread",
+    );
     let smaller = scene_of_another_size();
     refused(Attempt { scene: &smaller, ..attempt(9, 3, Stop::Samples(6)) }, &bytes, "size");
 

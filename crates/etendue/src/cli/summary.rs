@@ -52,7 +52,7 @@ pub fn tell(rendering: &Rendering, files: &[PathBuf], target: Option<f64>) {
         let verdict = if rendering.stopped == Stopped::Noise { "reached" } else { "not reached" };
         message(&format!("noise target {target} % {verdict}: √relMSE is {value:.3} % (95 % interval {low:.3} to {high:.3} %)"));
     }
-    if let Some([least, most]) = s.samples {
+    if let Some([least, most]) = s.samples.filter(|[least, most]| least < most) {
         message(&format!("from {least} to {most} samples a pixel, {} on average: more where there was noise", s.spp));
     }
     if rendering.stopped == Stopped::Cancelled && rendering.failure.is_none() {

@@ -91,10 +91,9 @@ impl Checkpoint {
         if self.noise_mode != matches!(run.stop, Stop::Noise { .. }) {
             return Err(CannotResume("of the two renders one has a noise target and the other has none".to_owned()));
         }
+        let spread = |adaptive| if adaptive { "an adaptive spread" } else { "a uniform spread" };
         if self.allocation.is_some() != adaptive {
-            return Err(CannotResume(
-                "one of the two renders takes more samples where there is noise, the other does not".to_owned(),
-            ));
+            return differs("a noise target and", spread(!adaptive).to_owned(), spread(adaptive).to_owned());
         }
         if self.planned != run.planned_samples() {
             return differs("a sample count of", self.planned.to_string(), run.planned_samples().to_string());
